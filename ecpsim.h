@@ -1,0 +1,5348 @@
+/* >>config ================================================================================ */
+
+#ifndef ECPSIM_H
+#define ECPSIM_H
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* The real type of the whole library. Define ECPSIM_FLOAT before every inclusion to work in
+   single precision; then no double is used anywhere. */
+#ifdef ECPSIM_FLOAT
+typedef float ecp_real;
+#else
+typedef double ecp_real;
+#endif
+
+/* Linkage of the public functions: external by default, file-local with ECPSIM_STATIC. */
+#ifndef ECP_DEF
+#ifdef ECPSIM_STATIC
+#if defined(__GNUC__)
+#define ECP_DEF static __attribute__((unused))
+#else
+#define ECP_DEF static
+#endif
+#else
+#define ECP_DEF extern
+#endif
+#endif
+
+/* The single-precision library has its own symbols, so a program whose units do not agree on the
+   real type does not link. */
+#ifdef ECPSIM_FLOAT
+#define ecp_status_string ecp_f32_status_string
+#define ecp_lu_factor ecp_f32_lu_factor
+#define ecp_lu_solve ecp_f32_lu_solve
+#define ecp_chol_factor ecp_f32_chol_factor
+#define ecp_chol_solve ecp_f32_chol_solve
+#define ecp_qr_factor ecp_f32_qr_factor
+#define ecp_qr_apply_qt ecp_f32_qr_apply_qt
+#define ecp_qr_apply_q ecp_f32_qr_apply_q
+#define ecp_least_squares ecp_f32_least_squares
+#define ecp_eliminate ecp_f32_eliminate
+#define ecp_back_substitute ecp_f32_back_substitute
+#define ecp_quat_to_matrix ecp_f32_quat_to_matrix
+#define ecp_quat_multiply ecp_f32_quat_multiply
+#define ecp_quat_advance ecp_f32_quat_advance
+#define ecp_shape_half_space ecp_f32_shape_half_space
+#define ecp_shape_sphere ecp_f32_shape_sphere
+#define ecp_shape_ellipsoid ecp_f32_shape_ellipsoid
+#define ecp_shape_capsule ecp_f32_shape_capsule
+#define ecp_shape_cylinder ecp_f32_shape_cylinder
+#define ecp_shape_frustum ecp_f32_shape_frustum
+#define ecp_shape_box ecp_f32_shape_box
+#define ecp_shape_polytope ecp_f32_shape_polytope
+#define ecp_shape_convex ecp_f32_shape_convex
+#define ecp_shape_bounds ecp_f32_shape_bounds
+#define ecp_shape_mass ecp_f32_shape_mass
+#define ecp_mass_add ecp_f32_mass_add
+#define ecp_world_desc_default ecp_f32_world_desc_default
+#define ecp_world_memsize ecp_f32_world_memsize
+#define ecp_world_init ecp_f32_world_init
+#define ecp_world_state_size ecp_f32_world_state_size
+#define ecp_world_set_gravity ecp_f32_world_set_gravity
+#define ecp_world_body_count ecp_f32_world_body_count
+#define ecp_world_shape_count ecp_f32_world_shape_count
+#define ecp_material_default ecp_f32_material_default
+#define ecp_body_desc_default ecp_f32_body_desc_default
+#define ecp_body_add ecp_f32_body_add
+#define ecp_body_add_shape ecp_f32_body_add_shape
+#define ecp_body_get_state ecp_f32_body_get_state
+#define ecp_body_set_state ecp_f32_body_set_state
+#define ecp_body_apply_force ecp_f32_body_apply_force
+#define ecp_body_apply_torque ecp_f32_body_apply_torque
+#define ecp_body_apply_impulse ecp_f32_body_apply_impulse
+#define ecp_body_apply_angular_impulse ecp_f32_body_apply_angular_impulse
+#define ecp_shape_get ecp_f32_shape_get
+#define ecp_options_default ecp_f32_options_default
+#define ecp_step ecp_f32_step
+#define ecp_guess_ecp ecp_f32_guess_ecp
+#define ecp_contact_count ecp_f32_contact_count
+#define ecp_contact_get ecp_f32_contact_get
+#define ecp_printed_residual ecp_f32_printed_residual
+#define ecp_translation_step ecp_f32_translation_step
+#define ecp_mcp_memsize ecp_f32_mcp_memsize
+#define ecp_mcp_solve ecp_f32_mcp_solve
+#endif
+
+/* Every result of a public call. Zero is success; a call that returns anything else has changed
+   nothing. ecp_status_string() gives the sentence. */
+#define ECP_STATUS_LIST(X) \
+    X(ECP_OK, 0, "success") \
+    X(ECP_NOT_SOLVED, -1, "the step's equations were not solved within the limits; the world is as it was") \
+    X(ECP_BAD_POINTER, -2, "a required pointer is NULL") \
+    X(ECP_NOT_FINITE, -3, "a number is NaN or infinite") \
+    X(ECP_BAD_SIZE, -4, "a size, radius or normal is not positive") \
+    X(ECP_EMPTY_POLYTOPE, -5, "the half-spaces of the polytope have no common interior") \
+    X(ECP_UNBOUNDED_POLYTOPE, -6, "the half-spaces of the polytope leave a direction open") \
+    X(ECP_BAD_MASS, -7, "the mass of a dynamic body must be positive") \
+    X(ECP_BAD_INERTIA, -8, "the inertia is not symmetric positive definite") \
+    X(ECP_BAD_INERTIA_TRIANGLE, -9, "the inertia violates the triangle inequality: no solid has it") \
+    X(ECP_BAD_ROTATION, -10, "the quaternion (w, x, y, z) has no length") \
+    X(ECP_BAD_STEP, -11, "the time step must be positive") \
+    X(ECP_BAD_FRICTION, -12, "the friction coefficient must not be negative") \
+    X(ECP_BAD_ELLIPSOID, -13, "friction ellipsoid: e_t, e_o must be positive, e_r not negative") \
+    X(ECP_BAD_INDEX, -14, "no body, shape or contact has this index") \
+    X(ECP_BAD_KIND, -15, "not for a body of this kind (a half-space is never dynamic, a load needs a dynamic body)") \
+    X(ECP_BAD_OPTION, -16, "an option or a description field is outside its range") \
+    X(ECP_MEMORY_SMALL, -17, "the memory block is smaller than the memsize function says") \
+    X(ECP_MEMORY_ALIGN, -18, "the memory block is not aligned to 8 bytes") \
+    X(ECP_CAPACITY, -19, "a capacity of the description (bodies, shapes, patches, inequalities) or buffer is used up")
+
+typedef enum ecp_status {
+#define ECP_I_ENUM(name, value, text) name = value,
+    ECP_STATUS_LIST(ECP_I_ENUM)
+#undef ECP_I_ENUM
+    ECP_I_STATUS_MAX = 1
+} ecp_status;
+
+/* The sentence that belongs to a status; never NULL. */
+ECP_DEF const char *ecp_status_string(ecp_status status);
+
+/* >>linear-api ============================================================================ */
+
+/* Dense linear algebra on caller memory: row-major matrices, `ld` reals from row to row. */
+
+/* LU with partial pivoting of the n x n matrix A, in place; piv[n] receives the row exchanges.
+   Returns 0, or 1 + the index of the first pivot that is exactly zero. */
+ECP_DEF int ecp_lu_factor(int n, ecp_real *A, int ld, int *piv);
+
+/* Solves A x = b with the factors of ecp_lu_factor; b is overwritten by x. */
+ECP_DEF void ecp_lu_solve(int n, const ecp_real *A, int ld, const int *piv, ecp_real *b);
+
+/* Cholesky A = L L^T of a symmetric n x n matrix: reads the lower triangle and overwrites it by L.
+   Returns 0, or 1 + the index of the first pivot that is not positive. */
+ECP_DEF int ecp_chol_factor(int n, ecp_real *A, int ld);
+
+/* Solves A x = b with the factor of ecp_chol_factor; b is overwritten by x. */
+ECP_DEF void ecp_chol_solve(int n, const ecp_real *A, int ld, ecp_real *b);
+
+/* Householder QR with column pivoting, A P = Q R, of an m x n matrix in place: R above the
+   diagonal, the reflectors below it, their factors in tau[min(m,n)], the column order in piv[n]
+   (column k of A P is column piv[k] of A). Stops at the first column whose remaining norm is not
+   above tolerance times the first one's, and returns the rank found. */
+ECP_DEF int ecp_qr_factor(int m, int n, ecp_real *A, int ld, ecp_real *tau, int *piv,
+                          ecp_real tolerance);
+
+/* Overwrites b[m] by Q^T b, and by Q b, for the first `rank` reflectors of ecp_qr_factor. */
+ECP_DEF void ecp_qr_apply_qt(int m, int rank, const ecp_real *A, int ld, const ecp_real *tau,
+                             ecp_real *b);
+ECP_DEF void ecp_qr_apply_q(int m, int rank, const ecp_real *A, int ld, const ecp_real *tau,
+                            ecp_real *b);
+
+/* The shortest x[n] of those that minimise |A x - b|, for an m x n matrix of any rank (a complete
+   orthogonal decomposition). A and b[m] are overwritten; work holds ECP_LEAST_SQUARES_WORK(m, n)
+   reals and iwork 2 n ints. Returns the rank at the given relative tolerance. */
+#define ECP_LEAST_SQUARES_WORK(m, n) ((n) * (n) + 3 * (n))
+ECP_DEF int ecp_least_squares(int m, int n, ecp_real *A, int ld, ecp_real *b, ecp_real *x,
+                              ecp_real *work, int *iwork, ecp_real tolerance);
+
+/* Gaussian elimination with complete pivoting inside the leading rows x cols block of an
+   all_rows x all_cols matrix, from pivot `first` on; rows from `rows` on and columns from `cols` on
+   are updated but never pivoted (they belong to somebody else). A pivot may stand where
+   row_tag[i] & mask and col_tag[j] & mask are both not zero. Stops when no such entry exceeds
+   `tolerance` in size, and returns the number of pivots so far; what is left of the block could
+   not be pivoted. row_tag[rows] and col_tag[cols], as well as row_order and col_order, which say
+   which row and column of the original stands at each place, are exchanged along. */
+ECP_DEF int ecp_eliminate(ecp_real *A, int ld, int all_rows, int all_cols, int rows, int cols,
+                          int first, int mask, ecp_real tolerance, int *row_tag, int *col_tag,
+                          int *row_order, int *col_order);
+
+/* Rotations are unit quaternions (w, x, y, z) that turn body axes into world axes. */
+
+/* R[9], row major, of the unit quaternion q. */
+ECP_DEF void ecp_quat_to_matrix(const ecp_real q[4], ecp_real R[9]);
+
+/* out = a b (first b, then a); out may be a or b. */
+ECP_DEF void ecp_quat_multiply(const ecp_real a[4], const ecp_real b[4], ecp_real out[4]);
+
+/* The rotation after a time h at the world angular velocity w by equ:kinematic, renormalised:
+   exactly the Cayley transform of h w applied to q. out may be q. */
+ECP_DEF void ecp_quat_advance(const ecp_real q[4], const ecp_real w[3], ecp_real h,
+                              ecp_real out[4]);
+
+/* >>shapes: declarations
+
+   A shape is a convex solid {x : f_1(x) <= 0, ..., f_m(x) <= 0} in its own frame (metres). Each
+   f_i is a length in metres, and its gradient has unit length where f_i = 0 bounds the solid, so a
+   multiplier of f_i is a component of the unit normal, whatever the size of the shape. The f_i are
+   finite, and continuously differentiable, inside and outside the solid, because Newton's method
+   walks through both.
+
+     kind         f_i, in this order                                          m   size[]
+     half-space   n.x - c                                                     1   n, c
+     sphere       (|x|^2 - r^2) / (2 r)                                       1   r
+     ellipsoid    (Q - 1) / (2 sqrt(P + max(0, 1 - Q)^2 / a_min^2)),          1   a_1, a_2, a_3
+                  Q = sum x_k^2 / a_k^2, P = sum x_k^2 / a_k^4
+     capsule      (squared distance to the segment - r^2) / (2 r)             1   r, h
+     cylinder     (x^2 + y^2 - r^2) / (2 r), z - h, -z - h                    3   r, h
+     frustum      ((x^2 + y^2) / rho - rho) / (2 sqrt(1 + k^2)), z - h,       3   r_bottom, r_top,
+                  -z - h, with rho linear in z and k = rho'                       h, sqrt(1 + k^2)
+     box          x - a_1, -x - a_1, y - a_2, -y - a_2, z - a_3, -z - a_3     6   a_1, a_2, a_3
+     polytope     n_i.x - c_i                                                 m   largest |vertex|
+
+   The second derivatives of the capsule's f jump where its cylinder meets its half balls; all the
+   others are twice continuously differentiable. Values are finite as long as |x|^2 does not
+   overflow. */
+
+typedef struct ecp_shape ecp_shape;
+
+/* Mass properties. `inertia` is about `centre`, row major, along the axes of the frame in which
+   `centre` is given. */
+typedef struct ecp_mass {
+    ecp_real mass; /* kg */
+    ecp_real centre[3]; /* m */
+    ecp_real inertia[9]; /* kg m^2 */
+} ecp_mass;
+
+typedef enum ecp_shape_kind {
+    ECP_HALF_SPACE,
+    ECP_SPHERE,
+    ECP_ELLIPSOID,
+    ECP_CAPSULE,
+    ECP_CYLINDER,
+    ECP_FRUSTUM,
+    ECP_BOX,
+    ECP_POLYTOPE,
+    ECP_CONVEX
+} ecp_shape_kind;
+
+/* What a kind of shape can do. All vectors are in the shape's frame, and no output may overlap an
+   input. A class of one's own goes to ecp_shape_convex(); to keep a step bitwise reproducible on
+   every machine its functions should use + - * / and sqrt only. */
+typedef struct ecp_shape_class {
+    /* Writes f[i] = f_i(x) for i < m and, unless g is NULL, the gradient of f_i to the three reals
+       from g[3 i] on. */
+    void (*eval)(const ecp_shape *s, const ecp_real x[3], ecp_real *f, ecp_real *g);
+
+    /* Overwrites H (3 x 3, row major, symmetric) with sum_i l[i] Hess f_i(x). This pointer is NULL
+       when all f_i are affine. */
+    void (*hess)(const ecp_shape *s, const ecp_real x[3], const ecp_real *l, ecp_real H[9]);
+
+    /* Writes a point of the solid that is farthest along the unit vector n. Where n is within
+       `flat` of the normal of a face, or of a direction normal to an edge or a generator, it is the
+       middle of that face, edge or generator. `flat` is the sine of an angle, 0 <= flat < 0.5; zero
+       leaves only ties (of a polytope: ties to rounding). */
+    void (*support)(const ecp_shape *s, const ecp_real n[3], ecp_real flat, ecp_real x[3]);
+
+    /* Writes the mass properties at a density of 1 kg/m^3. */
+    void (*mass)(const ecp_shape *s, ecp_mass *out);
+} ecp_shape_class;
+
+/* A shape. The constructors below fill it; treat it as read-only afterwards. It may be copied, and
+   shared by any number of bodies. */
+struct ecp_shape {
+    const ecp_shape_class *cls;
+    ecp_shape_kind kind;
+    int inequalities; /* m */
+    int vertex_count; /* polytope only, else 0 */
+    ecp_real size[4]; /* see the table above; unused entries are 0 */
+    ecp_real centre[3]; /* the centroid (half-space: the boundary point nearest the origin) */
+    ecp_real radius; /* of a ball about `centre` that holds the shape; < 0: unbounded */
+    const ecp_real *planes; /* polytope only: m rows (n_x, n_y, n_z, c), the caller's */
+    const ecp_real *vertices; /* polytope only: vertex_count rows (x, y, z), the caller's */
+    const void *user; /* ECP_CONVEX only */
+};
+
+/* Constructors.
+
+   Each returns ECP_OK and writes *s, or returns an error and leaves *s as it was:
+   ECP_BAD_POINTER for a NULL argument, ECP_NOT_FINITE for a NaN or an infinity, ECP_BAD_SIZE for
+   a size that is not positive. Further errors are stated where they can occur. */
+
+/* The half-space {x : normal.x <= offset}. `normal` points out of the solid and need not have unit
+   length: normal and offset are divided by |normal|, which leaves the set unchanged. A zero normal
+   gives ECP_BAD_SIZE. It has no mass, so it can belong to a fixed body only. */
+ECP_DEF ecp_status ecp_shape_half_space(ecp_shape *s, const ecp_real normal[3], ecp_real offset);
+
+/* The ball of radius `radius` about the origin. */
+ECP_DEF ecp_status ecp_shape_sphere(ecp_shape *s, ecp_real radius);
+
+/* The ellipsoid about the origin with semi-axes radii[k] along the axes of the frame. */
+ECP_DEF ecp_status ecp_shape_ellipsoid(ecp_shape *s, const ecp_real radii[3]);
+
+/* All points within `radius` of the segment from (0, 0, -half_length) to (0, 0, half_length).
+   half_length may be 0. */
+ECP_DEF ecp_status ecp_shape_capsule(ecp_shape *s, ecp_real radius, ecp_real half_length);
+
+/* The cylinder of radius `radius` about the z axis, |z| <= half_height. */
+ECP_DEF ecp_status ecp_shape_cylinder(ecp_shape *s, ecp_real radius, ecp_real half_height);
+
+/* The frustum of a cone about the z axis, |z| <= half_height, with radius `bottom_radius` at
+   z = -half_height and `top_radius` at z = half_height. One of the radii may be 0: a cone. A tip
+   has no gradient, so a radius below 1e-6 (float: 1e-3) of the larger of the other radius and
+   half_height is raised to that, though not above the other radius; the solid then contains the one
+   asked for. size[] holds the radii in use. */
+ECP_DEF ecp_status ecp_shape_frustum(ecp_shape *s, ecp_real bottom_radius, ecp_real top_radius,
+                                     ecp_real half_height);
+
+/* The box |x_k| <= half[k]. */
+ECP_DEF ecp_status ecp_shape_box(ecp_shape *s, const ecp_real half[3]);
+
+/* The polytope {x : n_i.x <= c_i}, from `count` rows (n_x, n_y, n_z, c) of outward unit normals and
+   offsets in metres. Redundant and repeated planes are allowed.
+
+   `vertices` has room for `vertex_capacity` points of 3 reals and receives the vertices; a bounded
+   polytope of m facets has at most 2 m - 4. Both buffers stay the caller's, must not overlap, are
+   kept by pointer, and must outlive the shape unchanged. On an error the contents of `vertices` are
+   undefined.
+
+   Vertices closer together than 1e-10 (float: 4e-5) of the largest distance of a vertex from the
+   origin are one vertex, and a polytope thinner than that is empty; so put the origin near the
+   polytope. The cost is O(count^4): this is for tens of planes, not for thousands.
+
+   Errors: ECP_BAD_SIZE for a count or capacity below 1, for a normal whose length differs from 1 by
+   more than 1e-6, and for planes so nearly parallel that rounding decides what the faces are;
+   ECP_UNBOUNDED_POLYTOPE if a ray stays inside all planes that are moved to pass through its
+   origin (looked at first, so also for some empty sets); ECP_EMPTY_POLYTOPE if there is no inner
+   point; ECP_CAPACITY if there are more vertices than fit. */
+ECP_DEF ecp_status ecp_shape_polytope(ecp_shape *s, const ecp_real *planes, int count,
+                                      ecp_real *vertices, int vertex_capacity);
+
+/* A convex solid of the caller's own class, with `inequalities` >= 1 functions f_i (see the top of
+   this section for what is expected of them). `centre` is a point inside and `radius` > 0 that of a
+   ball about it that holds the solid. cls->eval and cls->support must be there (ECP_BAD_POINTER);
+   cls->hess is NULL if all f_i are affine; cls->mass may be NULL, and then ecp_shape_mass() gives
+   zeros. `cls` and `user` are kept by pointer; `user` may be NULL and is never read by the library.
+   Fewer than one inequality gives ECP_BAD_SIZE. That the functions are convex is not checked. */
+ECP_DEF ecp_status ecp_shape_convex(ecp_shape *s, const ecp_shape_class *cls, int inequalities,
+                                    const ecp_real centre[3], ecp_real radius, const void *user);
+
+/* Writes the shape's bounding box along the axes of its frame, exact up to rounding. A side on
+   which the shape is unbounded is at +-1e30. `s` must be a shape that a constructor has filled; no
+   pointer may be NULL. */
+ECP_DEF void ecp_shape_bounds(const ecp_shape *s, ecp_real lo[3], ecp_real hi[3]);
+
+/* Writes the shape's mass properties in its own frame, for a uniform density in kg/m^3. A negative
+   density describes a cavity, to be added to the solid around it with ecp_mass_add(). A half-space
+   gives zeros. The same conditions on the pointers hold. */
+ECP_DEF void ecp_shape_mass(const ecp_shape *s, ecp_real density, ecp_mass *out);
+
+/* Adds to *total a part whose frame has its origin at `position` (m) and is turned by the
+   quaternion `rotation` (w, x, y, z; it need not have unit length but must not be zero), both as
+   seen from the frame of *total: a point p of the part is at position + R p. Start from an ecp_mass
+   of zeros. A sum of zero mass leaves *total as it was. No pointer may be NULL, and *part may be
+   *total. */
+ECP_DEF void ecp_mass_add(ecp_mass *total, const ecp_mass *part, const ecp_real position[3],
+                          const ecp_real rotation[4]);
+/* >>world-api ============================================================================= */
+
+/* A world is one block of the caller's memory. It holds offsets and no addresses into itself, so
+   copying ecp_world_memsize() bytes to another aligned block makes an independent world, and
+   copying them back restores it. Only the first ecp_world_state_size() bytes differ between calls;
+   what follows is work memory, all zero outside a call. */
+typedef struct ecp_world ecp_world;
+
+typedef struct ecp_world_desc {
+    int max_bodies;       /* all kinds together */
+    int max_shapes;       /* posed primitives, over all bodies */
+    int max_patches;      /* pairs of primitives near enough to touch within one step */
+    int max_inequalities; /* of the two primitives of one patch together; a box has 6 */
+    ecp_real gravity[3];  /* m/s^2, world frame */
+} ecp_world_desc;
+
+/* 8 bodies, 32 shapes, 16 patches of up to 12 inequalities, gravity (0, 0, -9.8). */
+ECP_DEF ecp_world_desc ecp_world_desc_default(void);
+
+/* The bytes that ecp_world_init needs for this description, or 0 if it is out of range. */
+ECP_DEF size_t ecp_world_memsize(const ecp_world_desc *desc);
+
+/* Lays out an empty world in mem (at least memsize bytes, aligned to 8) and stores its address, mem
+   itself, in *world. The block is the caller's to free. */
+ECP_DEF ecp_status ecp_world_init(ecp_world **world, const ecp_world_desc *desc, void *mem,
+                                  size_t bytes);
+
+/* The bytes at the start of the block that hold everything a snapshot needs. */
+ECP_DEF size_t ecp_world_state_size(const ecp_world *world);
+
+ECP_DEF ecp_status ecp_world_set_gravity(ecp_world *world, const ecp_real gravity[3]);
+ECP_DEF int ecp_world_body_count(const ecp_world *world);
+ECP_DEF int ecp_world_shape_count(const ecp_world *world);
+
+typedef enum ecp_body_kind {
+    ECP_STATIC,    /* never moves */
+    ECP_KINEMATIC, /* moves with the velocity it is given, whatever it meets */
+    ECP_DYNAMIC    /* moves by equ:discrete_NE */
+} ecp_body_kind;
+
+/* A body's frame has its origin at the centre of mass. */
+typedef struct ecp_body_desc {
+    ecp_body_kind kind;
+    ecp_real mass;                /* kg; dynamic bodies only */
+    ecp_real inertia[9];          /* kg m^2, about the centre of mass, body axes, row major */
+    ecp_real position[3];         /* of the centre of mass, m, world */
+    ecp_real rotation[4];         /* quaternion (w, x, y, z), body to world; normalised for you */
+    ecp_real velocity[3];         /* of the centre of mass, m/s, world */
+    ecp_real angular_velocity[3]; /* rad/s, world ("spatial angular velocity" of the paper) */
+} ecp_body_desc;
+
+/* A dynamic body of 1 kg and inertia 1 kg m^2 at rest at the origin. */
+ECP_DEF ecp_body_desc ecp_body_desc_default(void);
+
+/* Adds a body; its index, counted from 0 in the order of the calls, goes to *body (if not NULL). */
+ECP_DEF ecp_status ecp_body_add(ecp_world *world, const ecp_body_desc *desc, int *body);
+
+/* Friction of a primitive's surface: the ellipsoid law (equation:friction) with the coefficient mu
+   and the constants e_t, e_o (dimensionless) and e_r (a length: torsion e_r mu p_n). Between two
+   primitives mu and the e are the geometric means. Where e_t differs from e_o, e_t holds along
+   `direction`, a vector of the primitive's frame projected on the contact plane; the primitive that
+   has a direction (not zero) gives it, the first-added one if both have. It is taken where the
+   step begins. */
+typedef struct ecp_material {
+    ecp_real mu;
+    ecp_real e_t, e_o, e_r;
+    ecp_real direction[3];
+} ecp_material;
+
+/* mu = 0.5, e = (1, 1, 0), no direction. */
+ECP_DEF ecp_material ecp_material_default(void);
+
+/* Adds a primitive to a body, posed in the body's frame by position (NULL: the origin) and rotation
+   (NULL: none). The shape and the material (NULL: the default) are copied; what the shape points to
+   (planes and vertices of a polytope, user data) is not and must outlive the world. The index,
+   counted over all bodies, goes to *shape_index (if not NULL). Primitives of one body never touch
+   each other. */
+ECP_DEF ecp_status ecp_body_add_shape(ecp_world *world, int body, const ecp_shape *shape,
+                                      const ecp_real position[3], const ecp_real rotation[4],
+                                      const ecp_material *material, int *shape_index);
+
+/* A body's state; every pointer may be NULL. In set, NULL keeps what is there. Setting the velocity
+   of a kinematic body is how it is driven; a static body takes a pose only. */
+ECP_DEF ecp_status ecp_body_get_state(const ecp_world *world, int body, ecp_real position[3],
+                                      ecp_real rotation[4], ecp_real velocity[3],
+                                      ecp_real angular_velocity[3]);
+ECP_DEF ecp_status ecp_body_set_state(ecp_world *world, int body, const ecp_real position[3],
+                                      const ecp_real rotation[4], const ecp_real velocity[3],
+                                      const ecp_real angular_velocity[3]);
+
+/* Loads on a dynamic body, in world axes, at a world point (NULL: the centre of mass). They add up,
+   act in the next step that succeeds (forces over its h, impulses at once) and are then cleared. */
+ECP_DEF ecp_status ecp_body_apply_force(ecp_world *world, int body, const ecp_real force[3],
+                                        const ecp_real *point);
+ECP_DEF ecp_status ecp_body_apply_torque(ecp_world *world, int body, const ecp_real torque[3]);
+ECP_DEF ecp_status ecp_body_apply_impulse(ecp_world *world, int body, const ecp_real impulse[3],
+                                          const ecp_real *point);
+ECP_DEF ecp_status ecp_body_apply_angular_impulse(ecp_world *world, int body,
+                                                  const ecp_real impulse[3]);
+
+/* The primitive with this index, its body, and its pose in the world; every pointer may be NULL. */
+ECP_DEF ecp_status ecp_shape_get(const ecp_world *world, int shape_index, const ecp_shape **shape,
+                                 int *body, ecp_real position[3], ecp_real rotation[9]);
+
+/* >>step-api ============================================================================== */
+
+/* With two or more patches on a body the equations have many solutions (docs/model.md); the rule
+   says which one is taken. */
+typedef enum ecp_rule {
+    ECP_CENTRED, /* the ECPs nearest to the centres of their primitives, then the least impulses */
+    ECP_NEAREST  /* the one Newton reaches from the guess, the last step's solution */
+} ecp_rule;
+
+/* The ways out that are tried, in this order, when Newton stalls from the warm start. */
+enum {
+    ECP_FALLBACK_GEOMETRIC = 1,    /* start from support points at the pose free motion predicts */
+    ECP_FALLBACK_CONTINUATION = 2, /* smoothed complementarity, the smoothing taken to zero */
+    ECP_FALLBACK_MULTISTART = 4    /* the same from a fixed sequence of disturbed starts */
+};
+
+typedef struct ecp_options {
+    ecp_rule rule;
+    ecp_real tolerance; /* of the natural residual in scaled units: 1 is the momentum m vs, the
+                           gap h vs and the velocity vs, where vs is the fastest free velocity,
+                           or g h at rest. Rounding floors are added to it (docs/numerics.md). */
+    int max_iterations; /* Newton iterations of one attempt */
+    int fallbacks;      /* ECP_FALLBACK_... that may be used, or-ed */
+} ecp_options;
+
+/* centred, 1e-12 (float: 1e-5), 40 iterations, all fallbacks. */
+ECP_DEF ecp_options ecp_options_default(void);
+
+/* What a step did. */
+typedef struct ecp_report {
+    ecp_status status;
+    int unknowns;         /* scalar unknowns of the step's problem, all islands */
+    int patches_kept;     /* pairs of primitives in the problem */
+    int patches_left_out; /* pairs that cannot touch within the step */
+    int islands;          /* groups of bodies that touch, each solved by itself */
+    int iterations;       /* Newton iterations, all attempts */
+    int centring_rounds;  /* of the rule ECP_CENTRED */
+    int evaluations;      /* residual evaluations, of an island each */
+    int fallbacks;        /* ECP_FALLBACK_... that were used, or-ed */
+    int body, shape_a, shape_b;  /* if status is not ECP_OK: where, or -1 */
+    ecp_real value, limit;       /* if status is not ECP_OK: the value met and the one it must meet */
+    ecp_real merit;              /* |F|^2 / 2 of the scaled residual, summed over the islands */
+    ecp_real natural_residual;   /* max |F_i| */
+    ecp_real worst_gap;          /* the least separation of a patch, m; below zero: penetration */
+    ecp_real worst_cone;         /* max of |y| - mu p_n over the patches, N s; y as in docs/model.md */
+    size_t memory_used;          /* high-water mark of the block, bytes */
+} ecp_report;
+
+/* Advances the world by h seconds: predicts, solves the equations of the paper for all bodies and
+   patches together, verifies by support functions that nothing penetrates, and commits. options may
+   be NULL (the defaults), report may be NULL. On any status but ECP_OK the whole block is bit for
+   bit as it was. */
+ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *options,
+                            ecp_report *report);
+
+/* Sets the guess for the equivalent contact point of a pair of primitives in the next step: a world
+   point, kept in the frame of shape_a. It matters for the rule ECP_NEAREST. */
+ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
+                                 const ecp_real point[3]);
+
+typedef enum ecp_mode { ECP_APART, ECP_STICK, ECP_SLIP } ecp_mode;
+
+/* A patch at the end of the last step. */
+typedef struct ecp_contact {
+    int shape_a, shape_b;           /* indices of the primitives */
+    int body_a, body_b;
+    ecp_real point_a[3], point_b[3];/* the ECP on both (a_1, a_2), m, world */
+    ecp_real normal[3];             /* unit, from B to A: the direction in which p_n pushes A */
+    ecp_real direction_t[3], direction_o[3]; /* unit tangents: (t, o, normal) is right-handed */
+    ecp_real gap;                   /* m, along the normal */
+    ecp_real separation;            /* m, of A and B by their support functions along the normal:
+                                       the certificate; any value >= 0 proves that they are apart */
+    ecp_real p_n, p_t, p_o;         /* impulses on A along normal and tangents, N s */
+    ecp_real p_r;                   /* moment impulse on A about the normal, N m s */
+    ecp_real sigma;                 /* slip |(e_t v_t, e_o v_o, e_r w_n)|, m/s; zero unless it slips */
+    ecp_real mu, e_t, e_o, e_r;     /* the pair's friction */
+    ecp_mode mode;
+} ecp_contact;
+
+ECP_DEF int ecp_contact_count(const ecp_world *world);
+ECP_DEF ecp_status ecp_contact_get(const ecp_world *world, int index, ecp_contact *contact);
+
+/* >>check-api ============================================================================= */
+
+/* The equations as they are printed in the paper, evaluated on a finished step: `before` is a copy
+   of the world's block taken before it, `after` the world after it. Each residual is the largest
+   over bodies or patches, divided by the scale of its terms. */
+typedef struct ecp_printed {
+    ecp_real newton_euler; /* equ:discrete_NE */
+    ecp_real kinematic;    /* equ:kinematic, renormalised */
+    ecp_real friction;     /* equation:friction */
+    ecp_real friction_c;   /* equation:friction_c */
+    ecp_real contact_1;    /* equation:re_contact_multiple_1 */
+    ecp_real contact_2;    /* equation:re_contact_multiple_2 */
+    ecp_real contact_3;    /* equation:re_contact_multiple_3 */
+    ecp_real contact_4;    /* equation:re_contact_multiple_4 */
+    ecp_real contact_5;    /* equation:re_contact_multiple_5 */
+    ecp_real largest;
+} ecp_printed;
+
+ECP_DEF ecp_status ecp_printed_residual(const ecp_world *before, const ecp_world *after,
+                                        ecp_real h, ecp_printed *printed);
+
+/* One step of a body in pure translation on a plane, in closed form (equation:impulse_t to _n, with
+   the signs and the stick branch that the paper leaves out; isotropic friction e). In: mass, unit
+   normal, mu, e, applied impulse J (weight included), velocity v, which must not leave the plane.
+   Out: the velocity after the step and the summed impulse of the plane on the body (normal and
+   friction together). Returns ECP_SLIP, ECP_STICK, or ECP_APART where J lifts the body off. */
+ECP_DEF ecp_mode ecp_translation_step(ecp_real mass, const ecp_real normal[3], ecp_real mu,
+                                      ecp_real e, const ecp_real J[3], const ecp_real v[3],
+                                      ecp_real v_out[3], ecp_real impulse[3]);
+
+/* >>mcp-api =============================================================================== */
+
+/* A mixed complementarity problem in z[n + m]: the first n components of F are zero,
+   F_i(z) = 0; for each of the last m, z_i >= 0, F_i >= 0, z_i F_i = 0. */
+typedef struct ecp_mcp {
+    int n, m;
+    void (*function)(void *user, const ecp_real *z, ecp_real *F);  /* F[n + m] */
+    void (*jacobian)(void *user, const ecp_real *z, ecp_real *J);  /* J[(n + m)^2], row major */
+    void *user;
+} ecp_mcp;
+
+typedef struct ecp_mcp_report {
+    int iterations, evaluations;
+    int fallbacks; /* ECP_FALLBACK_CONTINUATION, ECP_FALLBACK_MULTISTART */
+    ecp_real natural_residual;
+    ecp_real merit;
+} ecp_mcp_report;
+
+ECP_DEF size_t ecp_mcp_memsize(int n, int m);
+
+/* Solves the problem from the start in z, and leaves the solution there. options (tolerance: of the
+   largest component of the Fischer-Burmeister residual; NULL: the defaults) and report may be NULL.
+   If it is not solved, z is as it was. mem: ecp_mcp_memsize(n, m) bytes, aligned to 8. */
+ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *options, ecp_real *z,
+                                 void *mem, size_t bytes, ecp_mcp_report *report);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* ECPSIM_H */
+
+/* >>linear ================================================================================ */
+
+#ifdef ECPSIM_IMPLEMENTATION
+#ifndef ECPSIM_IMPLEMENTED
+#define ECPSIM_IMPLEMENTED
+
+/* Overrides of the C library: all or none of a group. */
+#ifndef ECPSIM_SQRT
+#include <math.h>
+#ifdef ECPSIM_FLOAT
+#define ECPSIM_SQRT sqrtf
+#else
+#define ECPSIM_SQRT sqrt
+#endif
+#endif
+#if !defined(ECPSIM_MEMCPY) || !defined(ECPSIM_MEMSET)
+#include <string.h>
+#define ECPSIM_MEMCPY memcpy
+#define ECPSIM_MEMSET memset
+#endif
+#ifndef ECPSIM_ASSERT
+#include <assert.h>
+#define ECPSIM_ASSERT assert
+#endif
+
+#define ECP_R(x) ((ecp_real)(x))
+
+/* the spacing of the reals at 1: all tolerances for rounding are multiples of it */
+#ifdef ECPSIM_FLOAT
+#define ECP_I_EPSILON ECP_R(1.1920929e-7f)
+#else
+#define ECP_I_EPSILON ECP_R(2.220446049250313e-16)
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+static ecp_real ecp_i_sqrt(ecp_real x) { return ECPSIM_SQRT(x); }
+static ecp_real ecp_i_abs(ecp_real x) { return x < 0 ? -x : x; }
+static ecp_real ecp_i_max(ecp_real a, ecp_real b) { return a > b ? a : b; }
+static ecp_real ecp_i_min(ecp_real a, ecp_real b) { return a < b ? a : b; }
+
+/* false for NaN and infinity */
+static int ecp_i_finite(ecp_real x) { return x - x == 0; }
+
+static int ecp_i_all_finite(int n, const ecp_real *x)
+{
+    int i;
+    for (i = 0; i < n; i++) {
+        if (!ecp_i_finite(x[i])) return 0;
+    }
+    return 1;
+}
+
+/* >>vectors: 3-vectors and 3 x 3 matrices; outputs last, and never an alias of an input unless said */
+
+static void ecp_i_set3(ecp_real a, ecp_real b, ecp_real c, ecp_real out[3])
+{
+    out[0] = a;
+    out[1] = b;
+    out[2] = c;
+}
+
+static void ecp_i_copy3(const ecp_real a[3], ecp_real out[3]) { ecp_i_set3(a[0], a[1], a[2], out); }
+
+static ecp_real ecp_i_dot(const ecp_real a[3], const ecp_real b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static ecp_real ecp_i_norm(const ecp_real a[3]) { return ecp_i_sqrt(ecp_i_dot(a, a)); }
+
+static void ecp_i_cross(const ecp_real a[3], const ecp_real b[3], ecp_real out[3])
+{
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/* out = a + s b; out may be a or b */
+static void ecp_i_axpy(const ecp_real a[3], ecp_real s, const ecp_real b[3], ecp_real out[3])
+{
+    out[0] = a[0] + s * b[0];
+    out[1] = a[1] + s * b[1];
+    out[2] = a[2] + s * b[2];
+}
+
+static void ecp_i_sub(const ecp_real a[3], const ecp_real b[3], ecp_real out[3])
+{
+    ecp_i_axpy(a, -1, b, out);
+}
+
+static void ecp_i_scale(ecp_real s, const ecp_real a[3], ecp_real out[3])
+{
+    ecp_i_set3(s * a[0], s * a[1], s * a[2], out);
+}
+
+/* out += a x b */
+static void ecp_i_add_cross(const ecp_real a[3], const ecp_real b[3], ecp_real out[3])
+{
+    ecp_real c[3];
+    ecp_i_cross(a, b, c);
+    ecp_i_axpy(out, 1, c, out);
+}
+
+static void ecp_i_mul(const ecp_real A[9], const ecp_real x[3], ecp_real out[3])
+{
+    out[0] = ecp_i_dot(A, x);
+    out[1] = ecp_i_dot(A + 3, x);
+    out[2] = ecp_i_dot(A + 6, x);
+}
+
+/* out = A^T x */
+static void ecp_i_mul_t(const ecp_real A[9], const ecp_real x[3], ecp_real out[3])
+{
+    int k;
+    for (k = 0; k < 3; k++) out[k] = A[k] * x[0] + A[3 + k] * x[1] + A[6 + k] * x[2];
+}
+
+static void ecp_i_matmul(const ecp_real A[9], const ecp_real B[9], ecp_real out[9])
+{
+    int i, j;
+    for (i = 0; i < 3; i++) {
+        for (j = 0; j < 3; j++) {
+            out[3 * i + j] = A[3 * i] * B[j] + A[3 * i + 1] * B[3 + j] + A[3 * i + 2] * B[6 + j];
+        }
+    }
+}
+
+/* out = R A R^T */
+static void ecp_i_congruence(const ecp_real R[9], const ecp_real A[9], ecp_real out[9])
+{
+    ecp_real T[9];
+    int i, j;
+    ecp_i_matmul(R, A, T);
+    for (i = 0; i < 3; i++) {
+        for (j = 0; j < 3; j++) out[3 * i + j] = ecp_i_dot(T + 3 * i, R + 3 * j);
+    }
+}
+
+static int ecp_i_normalise(ecp_real a[3])
+{
+    ecp_real size = ecp_i_norm(a);
+    if (!(size > 0)) return 0;
+    ecp_i_scale(1 / size, a, a);
+    return 1;
+}
+
+ECP_DEF void ecp_quat_to_matrix(const ecp_real q[4], ecp_real R[9])
+{
+    ecp_real w = q[0], x = q[1], y = q[2], z = q[3];
+    R[0] = 1 - 2 * (y * y + z * z);
+    R[1] = 2 * (x * y - w * z);
+    R[2] = 2 * (x * z + w * y);
+    R[3] = 2 * (x * y + w * z);
+    R[4] = 1 - 2 * (x * x + z * z);
+    R[5] = 2 * (y * z - w * x);
+    R[6] = 2 * (x * z - w * y);
+    R[7] = 2 * (y * z + w * x);
+    R[8] = 1 - 2 * (x * x + y * y);
+}
+
+ECP_DEF void ecp_quat_multiply(const ecp_real a[4], const ecp_real b[4], ecp_real out[4])
+{
+    ecp_real w = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3];
+    ecp_real x = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2];
+    ecp_real y = a[0] * b[2] + a[2] * b[0] + a[3] * b[1] - a[1] * b[3];
+    ecp_real z = a[0] * b[3] + a[3] * b[0] + a[1] * b[2] - a[2] * b[1];
+    out[0] = w;
+    out[1] = x;
+    out[2] = y;
+    out[3] = z;
+}
+
+static int ecp_i_quat_normalise(ecp_real q[4])
+{
+    ecp_real size = ecp_i_sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    int k;
+    if (!(size > 0)) return 0;
+    for (k = 0; k < 4; k++) q[k] /= size;
+    return 1;
+}
+
+/* equ:kinematic for the rotation: q + h (0, w) q / 2 = (1, u) q with u = h w / 2, renormalised */
+ECP_DEF void ecp_quat_advance(const ecp_real q[4], const ecp_real w[3], ecp_real h, ecp_real out[4])
+{
+    ecp_real turn[4];
+    turn[0] = 1;
+    ecp_i_scale(h / 2, w, turn + 1);
+    ecp_quat_multiply(turn, q, out);
+    ecp_i_quat_normalise(out);
+}
+
+/* The same turn as a matrix I + T, T = 2 / (1 + |u|^2) (U + U^2) with u = h w / 2, U = [u]x (kept
+   without the identity, so that small turns lose no digits), and its left derivative: a change dw
+   of w turns the result further by J dw, J = h / (1 + |u|^2) (I + U). */
+static void ecp_i_cayley(const ecp_real w[3], ecp_real h, ecp_real T[9], ecp_real J[9])
+{
+    ecp_real u[3], uu, s;
+    int i, j;
+    ecp_i_scale(h / 2, w, u);
+    uu = ecp_i_dot(u, u);
+    s = 1 / (1 + uu);
+    ecp_i_set3(0, -u[2], u[1], J);
+    ecp_i_set3(u[2], 0, -u[0], J + 3);
+    ecp_i_set3(-u[1], u[0], 0, J + 6);
+    for (i = 0; i < 3; i++) {
+        for (j = 0; j < 3; j++) {
+            /* U^2 = u u^T - |u|^2 I */
+            T[3 * i + j] = 2 * s * (J[3 * i + j] + u[i] * u[j] - (i == j ? uu : 0));
+            J[3 * i + j] = h * s * (J[3 * i + j] + (i == j ? 1 : 0));
+        }
+    }
+}
+
+/* >>dense */
+
+ECP_DEF int ecp_lu_factor(int n, ecp_real *A, int ld, int *piv)
+{
+    int i, j, k;
+    for (k = 0; k < n; k++) {
+        int p = k;
+        for (i = k + 1; i < n; i++) {
+            if (ecp_i_abs(A[i * ld + k]) > ecp_i_abs(A[p * ld + k])) p = i;
+        }
+        piv[k] = p;
+        if (A[p * ld + k] == 0) return k + 1;
+        for (j = 0; p != k && j < n; j++) {
+            ecp_real t = A[p * ld + j];
+            A[p * ld + j] = A[k * ld + j];
+            A[k * ld + j] = t;
+        }
+        for (i = k + 1; i < n; i++) {
+            ecp_real factor = A[i * ld + k] /= A[k * ld + k];
+            for (j = k + 1; j < n; j++) A[i * ld + j] -= factor * A[k * ld + j];
+        }
+    }
+    return 0;
+}
+
+ECP_DEF void ecp_lu_solve(int n, const ecp_real *A, int ld, const int *piv, ecp_real *b)
+{
+    int i, j;
+    for (i = 0; i < n; i++) {
+        ecp_real t = b[piv[i]];
+        b[piv[i]] = b[i];
+        b[i] = t;
+    }
+    for (i = 0; i < n; i++) {
+        for (j = 0; j < i; j++) b[i] -= A[i * ld + j] * b[j];
+    }
+    for (i = n - 1; i >= 0; i--) {
+        for (j = i + 1; j < n; j++) b[i] -= A[i * ld + j] * b[j];
+        b[i] /= A[i * ld + i];
+    }
+}
+
+ECP_DEF int ecp_chol_factor(int n, ecp_real *A, int ld)
+{
+    int i, j, k;
+    for (j = 0; j < n; j++) {
+        ecp_real d = A[j * ld + j];
+        for (k = 0; k < j; k++) d -= A[j * ld + k] * A[j * ld + k];
+        if (!(d > 0)) return j + 1;
+        d = ecp_i_sqrt(d);
+        A[j * ld + j] = d;
+        for (i = j + 1; i < n; i++) {
+            ecp_real s = A[i * ld + j];
+            for (k = 0; k < j; k++) s -= A[i * ld + k] * A[j * ld + k];
+            A[i * ld + j] = s / d;
+        }
+    }
+    return 0;
+}
+
+ECP_DEF void ecp_chol_solve(int n, const ecp_real *A, int ld, ecp_real *b)
+{
+    int i, j;
+    for (i = 0; i < n; i++) {
+        for (j = 0; j < i; j++) b[i] -= A[i * ld + j] * b[j];
+        b[i] /= A[i * ld + i];
+    }
+    for (i = n - 1; i >= 0; i--) {
+        for (j = i + 1; j < n; j++) b[i] -= A[j * ld + i] * b[j];
+        b[i] /= A[i * ld + i];
+    }
+}
+
+/* |A(k:m, j)|, scaled against overflow and underflow of the squares */
+static ecp_real ecp_i_column_norm(int k, int m, int j, const ecp_real *A, int ld)
+{
+    ecp_real big = 0, sum = 0;
+    int i;
+    for (i = k; i < m; i++) big = ecp_i_max(big, ecp_i_abs(A[i * ld + j]));
+    if (!(big > 0)) return 0;
+    for (i = k; i < m; i++) {
+        ecp_real x = A[i * ld + j] / big;
+        sum += x * x;
+    }
+    return big * ecp_i_sqrt(sum);
+}
+
+/* b -= tau v (v.b), v = (1, A(k+1:m, k)), on b(k:m) with the stride of a column or a vector */
+static void ecp_i_reflect(int k, int m, const ecp_real *A, int ld, ecp_real tau, ecp_real *b,
+                          int stride)
+{
+    ecp_real dot = b[k * stride];
+    int i;
+    for (i = k + 1; i < m; i++) dot += A[i * ld + k] * b[i * stride];
+    dot *= tau;
+    b[k * stride] -= dot;
+    for (i = k + 1; i < m; i++) b[i * stride] -= dot * A[i * ld + k];
+}
+
+ECP_DEF int ecp_qr_factor(int m, int n, ecp_real *A, int ld, ecp_real *tau, int *piv,
+                          ecp_real tolerance)
+{
+    int steps = m < n ? m : n, i, j, k;
+    ecp_real first = 0;
+    for (j = 0; j < n; j++) piv[j] = j;
+    for (k = 0; k < steps; k++) {
+        ecp_real best = 0, alpha, beta;
+        int p = k;
+        for (j = k; j < n; j++) {
+            ecp_real size = ecp_i_column_norm(k, m, j, A, ld);
+            if (size > best) {
+                best = size;
+                p = j;
+            }
+        }
+        if (k == 0) first = best;
+        if (!(best > tolerance * first)) return k;
+        if (p != k) {
+            for (i = 0; i < m; i++) {
+                ecp_real t = A[i * ld + p];
+                A[i * ld + p] = A[i * ld + k];
+                A[i * ld + k] = t;
+            }
+            i = piv[p];
+            piv[p] = piv[k];
+            piv[k] = i;
+        }
+        alpha = A[k * ld + k];
+        beta = alpha > 0 ? -best : best;
+        tau[k] = (beta - alpha) / beta;
+        for (i = k + 1; i < m; i++) A[i * ld + k] /= alpha - beta;
+        for (j = k + 1; j < n; j++) ecp_i_reflect(k, m, A, ld, tau[k], A + j, ld);
+        A[k * ld + k] = beta;
+    }
+    return steps;
+}
+
+ECP_DEF void ecp_qr_apply_qt(int m, int rank, const ecp_real *A, int ld, const ecp_real *tau,
+                             ecp_real *b)
+{
+    int k;
+    for (k = 0; k < rank; k++) ecp_i_reflect(k, m, A, ld, tau[k], b, 1);
+}
+
+ECP_DEF void ecp_qr_apply_q(int m, int rank, const ecp_real *A, int ld, const ecp_real *tau,
+                            ecp_real *b)
+{
+    int k;
+    for (k = rank - 1; k >= 0; k--) ecp_i_reflect(k, m, A, ld, tau[k], b, 1);
+}
+
+/* A P = Q [R S; 0 0]; the shortest solution lies in the range of [R S]^T = Q2 R2:
+   x = P Q2 R2^-T (Q^T b)(1:rank) */
+ECP_DEF int ecp_least_squares(int m, int n, ecp_real *A, int ld, ecp_real *b, ecp_real *x,
+                              ecp_real *work, int *iwork, ecp_real tolerance)
+{
+    ecp_real *T = work, *tau = work + n * n, *tau2 = tau + n, *y = tau2 + n;
+    int *piv = iwork, *piv2 = iwork + n;
+    int rank = ecp_qr_factor(m, n, A, ld, tau, piv, tolerance), i, j;
+    ecp_qr_apply_qt(m, rank, A, ld, tau, b);
+    for (i = 0; i < n; i++) {
+        for (j = 0; j < rank; j++) T[i * n + j] = i >= j ? A[j * ld + i] : ECP_R(0);
+    }
+    ecp_qr_factor(n, rank, T, n, tau2, piv2, 0);
+    for (j = 0; j < n; j++) y[j] = 0;
+    for (j = 0; j < rank; j++) {
+        y[j] = b[piv2[j]];
+        for (i = 0; i < j; i++) y[j] -= T[i * n + j] * y[i];
+        y[j] /= T[j * n + j];
+    }
+    ecp_qr_apply_q(n, rank, T, n, tau2, y);
+    for (j = 0; j < n; j++) x[piv[j]] = y[j];
+    return rank;
+}
+
+static void ecp_i_exchange_rows(ecp_real *A, int ld, int cols, int a, int b)
+{
+    int j;
+    for (j = 0; a != b && j < cols; j++) {
+        ecp_real t = A[a * ld + j];
+        A[a * ld + j] = A[b * ld + j];
+        A[b * ld + j] = t;
+    }
+}
+
+static void ecp_i_exchange_columns(ecp_real *A, int ld, int rows, int a, int b)
+{
+    int i;
+    for (i = 0; a != b && i < rows; i++) {
+        ecp_real t = A[i * ld + a];
+        A[i * ld + a] = A[i * ld + b];
+        A[i * ld + b] = t;
+    }
+}
+
+static void ecp_i_exchange_ints(int *x, int a, int b)
+{
+    int t = x[a];
+    x[a] = x[b];
+    x[b] = t;
+}
+
+ECP_DEF int ecp_eliminate(ecp_real *A, int ld, int all_rows, int all_cols, int rows, int cols,
+                          int first, int mask, ecp_real tolerance, int *row_tag, int *col_tag,
+                          int *row_order, int *col_order)
+{
+    int k = first, i, j;
+    for (; k < rows && k < cols; k++) {
+        ecp_real best = tolerance;
+        int p = -1, q = -1;
+        for (i = k; i < rows; i++) {
+            if (!(row_tag[i] & mask)) continue;
+            for (j = k; j < cols; j++) {
+                if ((col_tag[j] & mask) && ecp_i_abs(A[i * ld + j]) > best) {
+                    best = ecp_i_abs(A[i * ld + j]);
+                    p = i;
+                    q = j;
+                }
+            }
+        }
+        if (p < 0) break;
+        ecp_i_exchange_rows(A, ld, all_cols, k, p);
+        ecp_i_exchange_columns(A, ld, all_rows, k, q);
+        ecp_i_exchange_ints(row_tag, k, p);
+        ecp_i_exchange_ints(row_order, k, p);
+        ecp_i_exchange_ints(col_tag, k, q);
+        ecp_i_exchange_ints(col_order, k, q);
+        for (i = k + 1; i < all_rows; i++) {
+            ecp_real factor = A[i * ld + k];
+            if (factor == 0) continue;
+            factor /= A[k * ld + k];
+            A[i * ld + k] = 0;
+            for (j = k + 1; j < all_cols; j++) A[i * ld + j] -= factor * A[k * ld + j];
+        }
+    }
+    return k;
+}
+
+/* >>shapes: implementation */
+
+#define ECP_I_PI ECP_R(3.14159265358979323846)
+
+/* a constant that follows the precision of ecp_real */
+#define ECP_I_BY_PRECISION(single_value, double_value) \
+    ECP_R(sizeof(ecp_real) == sizeof(float) ? (single_value) : (double_value))
+
+/* smallest radius of a frustum relative to its size. The curvature of the side goes up as its
+   inverse and costs as many digits of the Hessian, so each precision gives up a third of its digits */
+#define ECP_I_FRUSTUM_TIP ECP_I_BY_PRECISION(1e-3, 1e-6)
+
+/* a side of a bounding box on which the shape does not end */
+#define ECP_I_UNBOUNDED ECP_R(1e30)
+
+/* polytopes; lengths are relative to `reach`, the largest distance of a vertex from the origin
+     UNIT         how far a normal may be from unit length
+     INSIDE       rounding of a vertex (some 10 eps) when it is tested against the other planes
+     SAME         copies of a vertex in which more than three planes meet are this near: rounding
+                  divided by the determinant of three normals, so well above INSIDE
+     CROSSING     least sine of two normals whose line is looked at for a recession direction
+     RECEDE       rounding of that direction, some eps / CROSSING
+     MEETING      least determinant of three normals whose common point is looked at. Small, because
+                  an ill-determined point is no harm: it is on its own planes to rounding, and
+                  has to be inside the others
+     TIE          rounding of n.v when the farthest vertices are compared
+     CLOSED       part of the surface's area that its area vectors may leave open */
+#define ECP_I_POLY_UNIT ECP_R(1e-6)
+#define ECP_I_POLY_INSIDE ECP_I_BY_PRECISION(4e-6, 1e-12)
+#define ECP_I_POLY_SAME ECP_I_BY_PRECISION(4e-5, 1e-10)
+#define ECP_I_POLY_CROSSING ECP_I_BY_PRECISION(1e-3, 1e-7)
+#define ECP_I_POLY_RECEDE ECP_I_BY_PRECISION(4e-4, 1e-8)
+#define ECP_I_POLY_MEETING ECP_I_BY_PRECISION(1e-6, 1e-12)
+#define ECP_I_POLY_TIE ECP_I_BY_PRECISION(1e-6, 2e-15)
+#define ECP_I_POLY_CLOSED ECP_I_BY_PRECISION(1e-2, 1e-6)
+
+/* out = diag(a, b, c) */
+static void ecp_i_diagonal(ecp_real out[9], ecp_real a, ecp_real b, ecp_real c)
+{
+    out[0] = a;
+    out[1] = out[2] = out[3] = ECP_R(0);
+    out[4] = b;
+    out[5] = out[6] = out[7] = ECP_R(0);
+    out[8] = c;
+}
+
+/* the planes z = h and z = -h, which close cylinder and frustum */
+static void ecp_i_caps_eval(ecp_real h, ecp_real z, ecp_real f[2], ecp_real *g)
+{
+    f[0] = z - h;
+    f[1] = -z - h;
+    if (g != NULL) {
+        ecp_i_set3(ECP_R(0), ECP_R(0), ECP_R(1), g);
+        ecp_i_set3(ECP_R(0), ECP_R(0), ECP_R(-1), g + 3);
+    }
+}
+
+/* ---- half-space: f = n.x - c */
+
+static void ecp_i_half_space_eval(const ecp_shape *s, const ecp_real x[3], ecp_real *f, ecp_real *g)
+{
+    f[0] = ecp_i_dot(s->size, x) - s->size[3];
+    if (g != NULL) {
+        ecp_i_copy3(s->size, g);
+    }
+}
+
+/* there is a farthest point along the normal only; any other direction gets the same point */
+static void ecp_i_half_space_support(const ecp_shape *s, const ecp_real n[3], ecp_real flat,
+                                     ecp_real x[3])
+{
+    (void)n;
+    (void)flat;
+    ecp_i_copy3(s->centre, x);
+}
+
+static void ecp_i_half_space_mass(const ecp_shape *s, ecp_mass *out)
+{
+    out->mass = ECP_R(0);
+    ecp_i_copy3(s->centre, out->centre);
+    ecp_i_diagonal(out->inertia, ECP_R(0), ECP_R(0), ECP_R(0));
+}
+
+/* ---- sphere: f = (|x|^2 - r^2) / (2 r), grad f = x / r, Hess f = I / r */
+
+static void ecp_i_sphere_eval(const ecp_shape *s, const ecp_real x[3], ecp_real *f, ecp_real *g)
+{
+    const ecp_real r = s->size[0];
+
+    /* |x|^2 - r^2 = (|x| - r) (|x| + r) loses no digits near the surface */
+    const ecp_real d = ecp_i_norm(x);
+    f[0] = (d - r) * (d + r) / (ECP_R(2) * r);
+    if (g != NULL) {
+        ecp_i_set3(x[0] / r, x[1] / r, x[2] / r, g);
+    }
+}
+
+static void ecp_i_sphere_hess(const ecp_shape *s, const ecp_real x[3], const ecp_real *l,
+                              ecp_real H[9])
+{
+    const ecp_real c = l[0] / s->size[0];
+    (void)x;
+    ecp_i_diagonal(H, c, c, c);
+}
+
+static void ecp_i_sphere_support(const ecp_shape *s, const ecp_real n[3], ecp_real flat,
+                                 ecp_real x[3])
+{
+    const ecp_real r = s->size[0];
+    (void)flat;
+    ecp_i_set3(r * n[0], r * n[1], r * n[2], x);
+}
+
+static void ecp_i_sphere_mass(const ecp_shape *s, ecp_mass *out)
+{
+    const ecp_real r = s->size[0];
+    const ecp_real m = ECP_R(4) / ECP_R(3) * ECP_I_PI * r * r * r;
+    const ecp_real j = ECP_R(0.4) * m * r * r;
+    out->mass = m;
+    ecp_i_copy3(s->centre, out->centre);
+    ecp_i_diagonal(out->inertia, j, j, j);
+}
+
+/* ---- ellipsoid
+
+   (Q - 1) / (2 sqrt(P)) has a unit gradient on the surface and grows like a distance outside, but
+   is infinite at the centre. The term max(0, 1 - Q)^2 mends that; it vanishes on the surface
+   together with its gradient, and its jump in the second derivative meets the factor Q - 1 = 0.
+
+   With y_k = x_k / a_k and e_k = a_min / a_k <= 1 everything but the last factor has no dimension:
+
+     u = |y|^2 - 1,  t = min(0, u),  w = sum e_k^2 y_k^2 + t^2,  s = w^(-1/2)
+     f = (a_min / 2) u s
+
+   and, with derivatives taken in y (then d/dx_k = (1 / a_k) d/dy_k),
+
+     u_k = 2 y_k,                      u_kl = 2 delta_kl
+     w_k = 2 (e_k^2 + 2 t) y_k,        w_kl = 2 (e_k^2 + 2 t) delta_kl + [u < 0] 2 u_k u_l
+     s_k = -1/2 s^3 w_k,               s_kl = 3/4 s^5 w_k w_l - 1/2 s^3 w_kl
+     (u s)_k = u_k s + u s_k,          (u s)_kl = u_kl s + u_k s_l + s_k u_l + u s_kl */
+
+typedef struct ecp_i_ellipsoid {
+    ecp_real a_min, u, t, s;
+    ecp_real e[3], u1[3], w1[3], s1[3];
+} ecp_i_ellipsoid;
+
+static void ecp_i_ellipsoid_terms(const ecp_shape *s, const ecp_real x[3], ecp_i_ellipsoid *o)
+{
+    const ecp_real *a = s->size;
+    ecp_real y[3];
+    ecp_real w;
+
+    o->a_min = ecp_i_min(a[0], ecp_i_min(a[1], a[2]));
+    for (int k = 0; k < 3; ++k) {
+        y[k] = x[k] / a[k];
+        o->e[k] = o->a_min / a[k];
+    }
+    o->u = ecp_i_dot(y, y) - ECP_R(1);
+    o->t = ecp_i_min(ECP_R(0), o->u);
+
+    /* w > 0: the sum vanishes at the centre only, and there t = -1 */
+    w = o->t * o->t;
+    for (int k = 0; k < 3; ++k) {
+        w += (o->e[k] * y[k]) * (o->e[k] * y[k]);
+    }
+    o->s = ECP_R(1) / ecp_i_sqrt(w);
+    for (int k = 0; k < 3; ++k) {
+        o->u1[k] = ECP_R(2) * y[k];
+        o->w1[k] = ECP_R(2) * (o->e[k] * o->e[k] + ECP_R(2) * o->t) * y[k];
+        o->s1[k] = ECP_R(-0.5) * o->s * o->s * o->s * o->w1[k];
+    }
+}
+
+static void ecp_i_ellipsoid_eval(const ecp_shape *s, const ecp_real x[3], ecp_real *f, ecp_real *g)
+{
+    ecp_i_ellipsoid o;
+
+    ecp_i_ellipsoid_terms(s, x, &o);
+    f[0] = ECP_R(0.5) * o.a_min * o.u * o.s;
+    if (g != NULL) {
+        for (int k = 0; k < 3; ++k) {
+            g[k] = ECP_R(0.5) * o.e[k] * (o.u1[k] * o.s + o.u * o.s1[k]);
+        }
+    }
+}
+
+static void ecp_i_ellipsoid_hess(const ecp_shape *s, const ecp_real x[3], const ecp_real *l,
+                                 ecp_real H[9])
+{
+    ecp_i_ellipsoid o;
+
+    /* one triangle and its mirror image, so that H is symmetric to the bit */
+    ecp_i_ellipsoid_terms(s, x, &o);
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j <= i; ++j) {
+            const ecp_real delta = i == j ? ECP_R(2) : ECP_R(0);
+            const ecp_real s3 = o.s * o.s * o.s;
+            ecp_real w2 = (o.e[i] * o.e[i] + ECP_R(2) * o.t) * delta;
+            ecp_real s2, us2;
+
+            if (o.u < ECP_R(0)) {
+                w2 += ECP_R(2) * o.u1[i] * o.u1[j];
+            }
+            s2 = ECP_R(0.75) * s3 * o.s * o.s * o.w1[i] * o.w1[j] - ECP_R(0.5) * s3 * w2;
+            us2 = delta * o.s + o.u1[i] * o.s1[j] + o.s1[i] * o.u1[j] + o.u * s2;
+            H[3 * i + j] = l[0] * o.e[i] * o.e[j] / (ECP_R(2) * o.a_min) * us2;
+            H[3 * j + i] = H[3 * i + j];
+        }
+    }
+}
+
+/* x = A^2 n / |A n| with A = diag(a) */
+static void ecp_i_ellipsoid_support(const ecp_shape *s, const ecp_real n[3], ecp_real flat,
+                                    ecp_real x[3])
+{
+    const ecp_real *a = s->size;
+    ecp_real b[3], d;
+    (void)flat;
+
+    ecp_i_set3(a[0] * n[0], a[1] * n[1], a[2] * n[2], b);
+    d = ecp_i_norm(b);
+    for (int k = 0; k < 3; ++k) {
+        x[k] = a[k] * (b[k] / d);
+    }
+}
+
+static void ecp_i_ellipsoid_mass(const ecp_shape *s, ecp_mass *out)
+{
+    const ecp_real *a = s->size;
+    const ecp_real m = ECP_R(4) / ECP_R(3) * ECP_I_PI * a[0] * a[1] * a[2];
+    const ecp_real c = ECP_R(0.2) * m;
+    out->mass = m;
+    ecp_i_copy3(s->centre, out->centre);
+    ecp_i_diagonal(out->inertia, c * (a[1] * a[1] + a[2] * a[2]), c * (a[0] * a[0] + a[2] * a[2]),
+                   c * (a[0] * a[0] + a[1] * a[1]));
+}
+
+/* ---- capsule: f = (|d|^2 - r^2) / (2 r), d = x - (nearest point of the segment) */
+
+static void ecp_i_capsule_offset(const ecp_shape *s, const ecp_real x[3], ecp_real d[3])
+{
+    const ecp_real h = s->size[1];
+    ecp_i_set3(x[0], x[1], x[2] - ecp_i_max(-h, ecp_i_min(h, x[2])), d);
+}
+
+static void ecp_i_capsule_eval(const ecp_shape *s, const ecp_real x[3], ecp_real *f, ecp_real *g)
+{
+    const ecp_real r = s->size[0];
+    ecp_real d[3], distance;
+
+    ecp_i_capsule_offset(s, x, d);
+    distance = ecp_i_norm(d);
+    f[0] = (distance - r) * (distance + r) / (ECP_R(2) * r);
+    if (g != NULL) {
+        ecp_i_set3(d[0] / r, d[1] / r, d[2] / r, g);
+    }
+}
+
+static void ecp_i_capsule_hess(const ecp_shape *s, const ecp_real x[3], const ecp_real *l,
+                               ecp_real H[9])
+{
+    const ecp_real c = l[0] / s->size[0];
+    ecp_i_diagonal(H, c, c, ecp_i_abs(x[2]) > s->size[1] ? c : ECP_R(0));
+}
+
+static void ecp_i_capsule_support(const ecp_shape *s, const ecp_real n[3], ecp_real flat,
+                                  ecp_real x[3])
+{
+    const ecp_real r = s->size[0], h = s->size[1];
+    const ecp_real side = ecp_i_sqrt(n[0] * n[0] + n[1] * n[1]);
+
+    /* the middle of a generator, where n is normal to one. A capsule of no length has none */
+    if (h > ECP_R(0) && side > ECP_R(0) && ecp_i_abs(n[2]) <= flat) {
+        ecp_i_set3(r * (n[0] / side), r * (n[1] / side), ECP_R(0), x);
+        return;
+    }
+    ecp_i_set3(r * n[0], r * n[1], r * n[2] + (n[2] > ECP_R(0) ? h : -h), x);
+}
+
+/* a cylinder (c) and a ball (b) in two halves, each half moved outwards by h; the first moment of
+   half a ball about its flat side is 3/8 of its mass times r, which gives the mixed term */
+static void ecp_i_capsule_mass(const ecp_shape *s, ecp_mass *out)
+{
+    const ecp_real r = s->size[0], h = s->size[1];
+    const ecp_real c = ECP_R(2) * ECP_I_PI * r * r * h;
+    const ecp_real b = ECP_R(4) / ECP_R(3) * ECP_I_PI * r * r * r;
+    const ecp_real across = c * (ECP_R(0.25) * r * r + h * h / ECP_R(3)) +
+                            b * (ECP_R(0.4) * r * r + h * h + ECP_R(0.75) * h * r);
+    const ecp_real along = (ECP_R(0.5) * c + ECP_R(0.4) * b) * r * r;
+    out->mass = c + b;
+    ecp_i_copy3(s->centre, out->centre);
+    ecp_i_diagonal(out->inertia, across, across, along);
+}
+
+/* ---- cylinder: f_0 = (x^2 + y^2 - r^2) / (2 r), and two caps */
+
+static void ecp_i_cylinder_eval(const ecp_shape *s, const ecp_real x[3], ecp_real *f, ecp_real *g)
+{
+    const ecp_real r = s->size[0];
+    const ecp_real d = ecp_i_sqrt(x[0] * x[0] + x[1] * x[1]);
+
+    f[0] = (d - r) * (d + r) / (ECP_R(2) * r);
+    if (g != NULL) {
+        ecp_i_set3(x[0] / r, x[1] / r, ECP_R(0), g);
+    }
+    ecp_i_caps_eval(s->size[1], x[2], f + 1, g != NULL ? g + 3 : NULL);
+}
+
+static void ecp_i_cylinder_hess(const ecp_shape *s, const ecp_real x[3], const ecp_real *l,
+                                ecp_real H[9])
+{
+    const ecp_real c = l[0] / s->size[0];
+    (void)x;
+    ecp_i_diagonal(H, c, c, ECP_R(0));
+}
+
+static void ecp_i_cylinder_support(const ecp_shape *s, const ecp_real n[3], ecp_real flat,
+                                   ecp_real x[3])
+{
+    const ecp_real r = s->size[0], h = s->size[1];
+    const ecp_real side = ecp_i_sqrt(n[0] * n[0] + n[1] * n[1]);
+    const ecp_real end = n[2] > ECP_R(0) ? h : -h;
+
+    /* a cap's centre */
+    if (side <= flat) {
+        ecp_i_set3(ECP_R(0), ECP_R(0), end, x);
+        return;
+    }
+
+    /* the middle of a generator, or a point of a rim */
+    ecp_i_set3(r * (n[0] / side), r * (n[1] / side), ecp_i_abs(n[2]) <= flat ? ECP_R(0) : end, x);
+}
+
+static void ecp_i_cylinder_mass(const ecp_shape *s, ecp_mass *out)
+{
+    const ecp_real r = s->size[0], h = s->size[1];
+    const ecp_real m = ECP_R(2) * ECP_I_PI * r * r * h;
+    const ecp_real across = m * (ECP_R(0.25) * r * r + h * h / ECP_R(3));
+    out->mass = m;
+    ecp_i_copy3(s->centre, out->centre);
+    ecp_i_diagonal(out->inertia, across, across, ECP_R(0.5) * m * r * r);
+}
+
+/* ---- frustum: f_0 = ((x^2 + y^2) / rho - rho) / (2 K), K = sqrt(1 + k^2), and two caps
+
+   A quadratic over a linear function is convex while rho > 0, and on the surface, where
+   x^2 + y^2 = rho^2, the gradient is (x / rho, y / rho, -k) / K. Beyond the narrow end rho would
+   reach zero, so below half the smaller radius, r0, it goes on as
+
+     rho = r0 (1/2 + 1 / g),  g = 2 + 4 d + 8 d^2,  d = (r0 - rho_linear) / r0 >= 0
+
+   which joins with its first and second derivative (in d: -1 and 0), and stays above r0 / 2. */
+
+/* rho[0..2] = rho(z), rho'(z), rho''(z) */
+static void ecp_i_frustum_rho(const ecp_shape *s, ecp_real z, ecp_real rho[3])
+{
+    const ecp_real bottom = s->size[0], top = s->size[1], h = s->size[2];
+    const ecp_real k = (top - bottom) / (ECP_R(2) * h);
+    const ecp_real r0 = ECP_R(0.5) * ecp_i_min(bottom, top);
+    ecp_real d, g, g1;
+
+    ecp_i_set3(ECP_R(0.5) * (bottom + top) + k * z, k, ECP_R(0), rho);
+    if (rho[0] >= r0) {
+        return;
+    }
+
+    /* (1/g)' = -g' / g^2 and (1/g)'' = (2 (g'/g)^2 - g''/g) / g, with dd/dz = -k / r0. Written as
+       ratios, so that g may overflow */
+    d = (r0 - rho[0]) / r0;
+    g = ECP_R(2) + ECP_R(4) * d + ECP_R(8) * d * d;
+    g1 = (ECP_R(4) + ECP_R(16) * d) / g;
+    ecp_i_set3(r0 * (ECP_R(0.5) + ECP_R(1) / g), k * (g1 / g), k * (k / r0) * ((ECP_R(2) * g1 * g1 - ECP_R(16) / g) / g), rho);
+}
+
+static void ecp_i_frustum_eval(const ecp_shape *s, const ecp_real x[3], ecp_real *f, ecp_real *g)
+{
+    const ecp_real K = s->size[3];
+    const ecp_real d = ecp_i_sqrt(x[0] * x[0] + x[1] * x[1]);
+    ecp_real rho[3], q;
+
+    /* f_0 = (q - 1) (q + 1) rho / (2 K) with q = d / rho; df_0/dz = -(q^2 + 1) rho' / (2 K) */
+    ecp_i_frustum_rho(s, x[2], rho);
+    q = d / rho[0];
+    f[0] = (d - rho[0]) * (q + ECP_R(1)) / (ECP_R(2) * K);
+    if (g != NULL) {
+        ecp_i_set3(x[0] / (rho[0] * K), x[1] / (rho[0] * K), -(q * q + ECP_R(1)) * rho[1] / (ECP_R(2) * K), g);
+    }
+    ecp_i_caps_eval(s->size[2], x[2], f + 1, g != NULL ? g + 3 : NULL);
+}
+
+static void ecp_i_frustum_hess(const ecp_shape *s, const ecp_real x[3], const ecp_real *l,
+                               ecp_real H[9])
+{
+    ecp_real rho[3], c, px, py, q2;
+
+    /* with p = (x, y) / rho: f_xx = 1 / (rho K), f_xz = -p rho' / (rho K),
+       f_zz = (|p|^2 rho'^2 / rho - (|p|^2 + 1) rho'' / 2) / K */
+    ecp_i_frustum_rho(s, x[2], rho);
+    c = l[0] / (rho[0] * s->size[3]);
+    px = x[0] / rho[0];
+    py = x[1] / rho[0];
+    q2 = px * px + py * py;
+    ecp_i_diagonal(H, c, c,
+                   c * (q2 * rho[1] * rho[1] - ECP_R(0.5) * (q2 + ECP_R(1)) * rho[2] * rho[0]));
+    H[2] = H[6] = -c * px * rho[1];
+    H[5] = H[7] = -c * py * rho[1];
+}
+
+static void ecp_i_frustum_support(const ecp_shape *s, const ecp_real n[3], ecp_real flat,
+                                  ecp_real x[3])
+{
+    const ecp_real bottom = s->size[0], top = s->size[1], h = s->size[2], K = s->size[3];
+    const ecp_real side = ecp_i_sqrt(n[0] * n[0] + n[1] * n[1]);
+    ecp_real slope, r, z;
+
+    /* a cap's centre */
+    if (side <= flat) {
+        ecp_i_set3(ECP_R(0), ECP_R(0), n[2] > ECP_R(0) ? h : -h, x);
+        return;
+    }
+
+    /* the sine between n and the side's normal is n's component along the generator, (k, 1) / K;
+       the sign of that decides between the rims */
+    slope = ((top - bottom) / (ECP_R(2) * h) * side + n[2]) / K;
+    r = slope > ECP_R(0) ? top : bottom;
+    z = slope > ECP_R(0) ? h : -h;
+    if (ecp_i_abs(slope) <= flat) {
+        r = ECP_R(0.5) * (bottom + top);
+        z = ECP_R(0);
+    }
+    ecp_i_set3(r * (n[0] / side), r * (n[1] / side), z, x);
+}
+
+/* with a, b the radii at the ends, k h = (b - a) / 2 and the mean radius r:
+
+     volume       int pi rho^2       = 2 pi h (a^2 + a b + b^2) / 3
+     z of centre                     = h (b^2 - a^2) / (2 (a^2 + a b + b^2))
+     about z      int pi rho^4 / 2   = pi h (a^4 + a^3 b + a^2 b^2 + a b^3 + b^4) / 5
+     int z^2      int pi rho^2 z^2   = 2 pi h^3 (r^2 / 3 + (k h)^2 / 5) */
+static void ecp_i_frustum_mass(const ecp_shape *s, ecp_mass *out)
+{
+    const ecp_real a = s->size[0], b = s->size[1], h = s->size[2];
+    const ecp_real r = ECP_R(0.5) * (a + b), kh = ECP_R(0.5) * (b - a);
+    const ecp_real aa = a * a, ab = a * b, bb = b * b;
+    const ecp_real m = ECP_R(2) / ECP_R(3) * ECP_I_PI * h * (aa + ab + bb);
+    const ecp_real quartic = aa * aa + aa * ab + ab * ab + ab * bb + bb * bb;
+    const ecp_real along = ECP_R(0.2) * ECP_I_PI * h * quartic;
+    const ecp_real zz = ECP_R(2) * ECP_I_PI * h * h * h * (r * r / ECP_R(3) + kh * kh / ECP_R(5));
+    const ecp_real across = ECP_R(0.5) * along + zz - m * s->centre[2] * s->centre[2];
+    out->mass = m;
+    ecp_i_copy3(s->centre, out->centre);
+    ecp_i_diagonal(out->inertia, across, across, along);
+}
+
+/* ---- box: f_2k = x_k - a_k, f_2k+1 = -x_k - a_k */
+
+static void ecp_i_box_eval(const ecp_shape *s, const ecp_real x[3], ecp_real *f, ecp_real *g)
+{
+    for (int k = 0; k < 3; ++k) {
+        f[2 * k] = x[k] - s->size[k];
+        f[2 * k + 1] = -x[k] - s->size[k];
+        if (g != NULL) {
+            ecp_i_set3(ECP_R(0), ECP_R(0), ECP_R(0), g + 6 * k);
+            ecp_i_set3(ECP_R(0), ECP_R(0), ECP_R(0), g + 6 * k + 3);
+            g[6 * k + k] = ECP_R(1);
+            g[6 * k + 3 + k] = ECP_R(-1);
+        }
+    }
+}
+
+static void ecp_i_box_support(const ecp_shape *s, const ecp_real n[3], ecp_real flat, ecp_real x[3])
+{
+    for (int k = 0; k < 3; ++k) {
+        x[k] = n[k] > ECP_R(0) ? s->size[k] : -s->size[k];
+        if (ecp_i_abs(n[k]) <= flat) {
+            x[k] = ECP_R(0);
+        }
+    }
+}
+
+static void ecp_i_box_mass(const ecp_shape *s, ecp_mass *out)
+{
+    const ecp_real *a = s->size;
+    const ecp_real m = ECP_R(8) * a[0] * a[1] * a[2];
+    out->mass = m;
+    ecp_i_copy3(s->centre, out->centre);
+    ecp_i_diagonal(out->inertia, m * (a[1] * a[1] + a[2] * a[2]) / ECP_R(3),
+                   m * (a[0] * a[0] + a[2] * a[2]) / ECP_R(3),
+                   m * (a[0] * a[0] + a[1] * a[1]) / ECP_R(3));
+}
+
+/* ---- polytope: f_i = n_i.x - c_i */
+
+static ecp_real ecp_i_plane_height(const ecp_real plane[4], const ecp_real x[3])
+{
+    return ecp_i_dot(plane, x) - plane[3];
+}
+
+static void ecp_i_polytope_eval(const ecp_shape *s, const ecp_real x[3], ecp_real *f, ecp_real *g)
+{
+    for (int i = 0; i < s->inequalities; ++i) {
+        f[i] = ecp_i_plane_height(s->planes + 4 * i, x);
+        if (g != NULL) {
+            ecp_i_copy3(s->planes + 4 * i, g + 3 * i);
+        }
+    }
+}
+
+/* the mean of the farthest vertex v and of all w whose difference v - w is within `flat` of being
+   normal to n: n.(v - w) <= flat |v - w| */
+static void ecp_i_polytope_support(const ecp_shape *s, const ecp_real n[3], ecp_real flat,
+                                   ecp_real x[3])
+{
+    const ecp_real tie = ECP_I_POLY_TIE * s->size[0];
+    const ecp_real *v = s->vertices;
+    ecp_real sum[3] = {0, 0, 0};
+    ecp_real top;
+    int best = 0, number = 0;
+
+    for (int i = 1; i < s->vertex_count; ++i) {
+        if (ecp_i_dot(n, v + 3 * i) > ecp_i_dot(n, v + 3 * best)) {
+            best = i;
+        }
+    }
+    top = ecp_i_dot(n, v + 3 * best);
+    for (int i = 0; i < s->vertex_count; ++i) {
+        ecp_real d[3];
+        ecp_i_set3(v[3 * best] - v[3 * i], v[3 * best + 1] - v[3 * i + 1], v[3 * best + 2] - v[3 * i + 2], d);
+        if (top - ecp_i_dot(n, v + 3 * i) <= flat * ecp_i_norm(d) + tie) {
+            ecp_i_set3(sum[0] + v[3 * i], sum[1] + v[3 * i + 1], sum[2] + v[3 * i + 2], sum);
+            ++number;
+        }
+    }
+    for (int k = 0; k < 3; ++k) {
+        x[k] = sum[k] / (ecp_real)number;
+    }
+}
+
+/* is vertex v on face i? */
+static int ecp_i_polytope_on(const ecp_shape *s, int i, int v)
+{
+    const ecp_real height = ecp_i_plane_height(s->planes + 4 * i, s->vertices + 3 * v);
+    return ecp_i_abs(height) <= ECP_I_POLY_SAME * s->size[0];
+}
+
+/* are all vertices of face i also vertices of face j? */
+static int ecp_i_polytope_within(const ecp_shape *s, int i, int j)
+{
+    for (int v = 0; v < s->vertex_count; ++v) {
+        if (ecp_i_polytope_on(s, i, v) && !ecp_i_polytope_on(s, j, v)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* the mean of the vertices of face i; returns 0 if i is redundant: if it touches an edge or a
+   vertex only, or repeats another face. Of planes with the same vertices the first counts */
+static int ecp_i_polytope_face(const ecp_shape *s, int i, ecp_real mean[3])
+{
+    ecp_real sum[3] = {0, 0, 0};
+    int number = 0;
+
+    for (int v = 0; v < s->vertex_count; ++v) {
+        if (ecp_i_polytope_on(s, i, v)) {
+            const ecp_real *p = s->vertices + 3 * v;
+            ecp_i_set3(sum[0] + p[0], sum[1] + p[1], sum[2] + p[2], sum);
+            ++number;
+        }
+    }
+    if (number < 3) {
+        return 0;
+    }
+    for (int j = 0; j < s->inequalities; ++j) {
+        if (j != i && ecp_i_polytope_within(s, i, j) &&
+            (j < i || !ecp_i_polytope_within(s, j, i))) {
+            return 0;
+        }
+    }
+    for (int k = 0; k < 3; ++k) {
+        mean[k] = sum[k] / (ecp_real)number;
+    }
+    return 1;
+}
+
+/* two unit vectors a, b with a x b = n */
+static void ecp_i_plane_axes(const ecp_real n[3], ecp_real a[3], ecp_real b[3])
+{
+    const ecp_real nx = ecp_i_abs(n[0]), ny = ecp_i_abs(n[1]), nz = ecp_i_abs(n[2]);
+    ecp_real length;
+
+    /* n x (the axis that n is farthest from) is at least sqrt(2/3) long */
+    if (nx <= ny && nx <= nz) {
+        ecp_i_set3(ECP_R(0), n[2], -n[1], a);
+    } else if (ny <= nz) {
+        ecp_i_set3(-n[2], ECP_R(0), n[0], a);
+    } else {
+        ecp_i_set3(n[1], -n[0], ECP_R(0), a);
+    }
+    length = ecp_i_norm(a);
+    ecp_i_set3(a[0] / length, a[1] / length, a[2] / length, a);
+    ecp_i_cross(n, a, b);
+}
+
+/* the direction of p - o in the plane of a and b as a number in [0, 4) that grows with the angle:
+   the distance along the square |x| + |y| = 1 */
+static ecp_real ecp_i_square_angle(const ecp_real p[3], const ecp_real o[3], const ecp_real a[3],
+                                   const ecp_real b[3])
+{
+    ecp_real d[3], x, y, l;
+
+    ecp_i_set3(p[0] - o[0], p[1] - o[1], p[2] - o[2], d);
+    x = ecp_i_dot(d, a);
+    y = ecp_i_dot(d, b);
+    l = ecp_i_abs(x) + ecp_i_abs(y);
+    if (l == ECP_R(0)) {
+        return ECP_R(0);
+    }
+    return y >= ECP_R(0) ? ECP_R(1) - x / l : ECP_R(3) + x / l;
+}
+
+/* integrals over a polytope about the origin `o`: volume, int x, int x x^T (its lower triangle), and
+   the sum of all area vectors and of their lengths */
+typedef struct ecp_i_integrals {
+    ecp_real o[3];
+    ecp_real volume, first[3], second[9];
+    ecp_real open[3], area;
+} ecp_i_integrals;
+
+/* adds the tetrahedron (o, p, q, r). About o, with volume V = p.(q x r) / 6 and t = p + q + r,
+   int x = V t / 4 and int x x^T = V (p p^T + q q^T + r r^T + t t^T) / 20 */
+static void ecp_i_integrals_add(ecp_i_integrals *sum, const ecp_real p0[3], const ecp_real q0[3],
+                                const ecp_real r0[3])
+{
+    ecp_real p[3], q[3], r[3], pq[3], pr[3], area[3], c[3], t[3], volume;
+
+    for (int k = 0; k < 3; ++k) {
+        p[k] = p0[k] - sum->o[k];
+        q[k] = q0[k] - sum->o[k];
+        r[k] = r0[k] - sum->o[k];
+        pq[k] = q[k] - p[k];
+        pr[k] = r[k] - p[k];
+        t[k] = p[k] + q[k] + r[k];
+    }
+    ecp_i_cross(q, r, c);
+    volume = ecp_i_dot(p, c) / ECP_R(6);
+    sum->volume += volume;
+    for (int i = 0; i < 3; ++i) {
+        sum->first[i] += volume * t[i] / ECP_R(4);
+        for (int j = 0; j <= i; ++j) {
+            sum->second[3 * i + j] += volume / ECP_R(20) *
+                                      (p[i] * p[j] + q[i] * q[j] + r[i] * r[j] + t[i] * t[j]);
+        }
+    }
+    ecp_i_cross(pq, pr, area);
+    for (int k = 0; k < 3; ++k) {
+        sum->open[k] += ECP_R(0.5) * area[k];
+    }
+    sum->area += ECP_R(0.5) * ecp_i_norm(area);
+}
+
+/* the divergence theorem: the polytope is the sum of the tetrahedra between an inner point and
+   triangles of its surface. A face is split from its middle, going round its vertices by angle;
+   that needs no list of them, and ends whatever the rounding, because the angle only grows */
+static void ecp_i_polytope_integrate(const ecp_shape *s, ecp_i_integrals *sum)
+{
+    const ecp_i_integrals zero = {{0}, 0, {0}, {0}, {0}, 0};
+
+    /* the inner point is the mean of the vertices */
+    *sum = zero;
+    for (int v = 0; v < s->vertex_count; ++v) {
+        for (int k = 0; k < 3; ++k) {
+            sum->o[k] += s->vertices[3 * v + k] / (ecp_real)s->vertex_count;
+        }
+    }
+    for (int i = 0; i < s->inequalities; ++i) {
+        ecp_real middle[3], a[3], b[3], angle = ECP_R(-1);
+        const ecp_real *first = NULL, *last = NULL;
+
+        if (!ecp_i_polytope_face(s, i, middle)) {
+            continue;
+        }
+        ecp_i_plane_axes(s->planes + 4 * i, a, b);
+        for (;;) {
+            /* the next vertex in angle, if there is one */
+            const ecp_real *next = NULL;
+            ecp_real least = ECP_R(5);
+            for (int v = 0; v < s->vertex_count; ++v) {
+                if (ecp_i_polytope_on(s, i, v)) {
+                    const ecp_real *p = s->vertices + 3 * v;
+                    const ecp_real at = ecp_i_square_angle(p, middle, a, b);
+                    if (at > angle && at < least) {
+                        least = at;
+                        next = p;
+                    }
+                }
+            }
+            if (next == NULL) {
+                break;
+            }
+            if (last != NULL) {
+                ecp_i_integrals_add(sum, middle, last, next);
+            } else {
+                first = next;
+            }
+            last = next;
+            angle = least;
+        }
+        ecp_i_integrals_add(sum, middle, last, first);
+    }
+}
+
+/* from the integrals: centre = o + c, c = int x / V; about the centre, C = int x x^T - V c c^T, and
+   the inertia is trace(C) I - C */
+static void ecp_i_integrals_mass(const ecp_i_integrals *sum, ecp_mass *out)
+{
+    ecp_real c[3], trace = ECP_R(0);
+
+    out->mass = sum->volume;
+    for (int k = 0; k < 3; ++k) {
+        c[k] = sum->first[k] / sum->volume;
+        out->centre[k] = sum->o[k] + c[k];
+        trace += sum->second[4 * k] - sum->volume * c[k] * c[k];
+    }
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j <= i; ++j) {
+            out->inertia[3 * i + j] = (i == j ? trace : ECP_R(0)) -
+                                      (sum->second[3 * i + j] - sum->volume * c[i] * c[j]);
+            out->inertia[3 * j + i] = out->inertia[3 * i + j];
+        }
+    }
+}
+
+static void ecp_i_polytope_mass(const ecp_shape *s, ecp_mass *out)
+{
+    ecp_i_integrals sum;
+    ecp_i_polytope_integrate(s, &sum);
+    ecp_i_integrals_mass(&sum, out);
+}
+
+/* ---- classes */
+
+static const ecp_shape_class ecp_i_half_space_class = {
+    ecp_i_half_space_eval, NULL, ecp_i_half_space_support, ecp_i_half_space_mass};
+static const ecp_shape_class ecp_i_sphere_class = {
+    ecp_i_sphere_eval, ecp_i_sphere_hess, ecp_i_sphere_support, ecp_i_sphere_mass};
+static const ecp_shape_class ecp_i_ellipsoid_class = {
+    ecp_i_ellipsoid_eval, ecp_i_ellipsoid_hess, ecp_i_ellipsoid_support, ecp_i_ellipsoid_mass};
+static const ecp_shape_class ecp_i_capsule_class = {
+    ecp_i_capsule_eval, ecp_i_capsule_hess, ecp_i_capsule_support, ecp_i_capsule_mass};
+static const ecp_shape_class ecp_i_cylinder_class = {
+    ecp_i_cylinder_eval, ecp_i_cylinder_hess, ecp_i_cylinder_support, ecp_i_cylinder_mass};
+static const ecp_shape_class ecp_i_frustum_class = {
+    ecp_i_frustum_eval, ecp_i_frustum_hess, ecp_i_frustum_support, ecp_i_frustum_mass};
+static const ecp_shape_class ecp_i_box_class = {
+    ecp_i_box_eval, NULL, ecp_i_box_support, ecp_i_box_mass};
+static const ecp_shape_class ecp_i_polytope_class = {
+    ecp_i_polytope_eval, NULL, ecp_i_polytope_support, ecp_i_polytope_mass};
+
+/* ---- constructors */
+
+static ecp_status ecp_i_check_finite(const ecp_real *value, int count)
+{
+    for (int i = 0; i < count; ++i) {
+        if (!ecp_i_finite(value[i])) {
+            return ECP_NOT_FINITE;
+        }
+    }
+    return ECP_OK;
+}
+
+static ecp_status ecp_i_check_sizes(const ecp_real *size, int count)
+{
+    if (ecp_i_check_finite(size, count) != ECP_OK) {
+        return ECP_NOT_FINITE;
+    }
+    for (int i = 0; i < count; ++i) {
+        if (size[i] <= ECP_R(0)) {
+            return ECP_BAD_SIZE;
+        }
+    }
+    return ECP_OK;
+}
+
+/* fills *s for a shape that is centred at the origin; `size` has four entries */
+static void ecp_i_shape_set(ecp_shape *s, const ecp_shape_class *cls, ecp_shape_kind kind,
+                            int inequalities, const ecp_real size[4], ecp_real radius)
+{
+    s->cls = cls;
+    s->kind = kind;
+    s->inequalities = inequalities;
+    s->vertex_count = 0;
+    for (int k = 0; k < 4; ++k) {
+        s->size[k] = size[k];
+    }
+    ecp_i_set3(ECP_R(0), ECP_R(0), ECP_R(0), s->centre);
+    s->radius = radius;
+    s->planes = NULL;
+    s->vertices = NULL;
+    s->user = NULL;
+}
+
+ECP_DEF ecp_status ecp_shape_half_space(ecp_shape *s, const ecp_real normal[3], ecp_real offset)
+{
+    ecp_real size[4], largest, length;
+
+    if (s == NULL || normal == NULL) {
+        return ECP_BAD_POINTER;
+    }
+    if (ecp_i_check_finite(normal, 3) != ECP_OK || !ecp_i_finite(offset)) {
+        return ECP_NOT_FINITE;
+    }
+
+    /* dividing by the largest component first keeps the squares from under- or overflowing */
+    largest = ecp_i_max(ecp_i_abs(normal[0]), ecp_i_abs(normal[1]));
+    largest = ecp_i_max(largest, ecp_i_abs(normal[2]));
+    if (largest == ECP_R(0)) {
+        return ECP_BAD_SIZE;
+    }
+    ecp_i_set3(normal[0] / largest, normal[1] / largest, normal[2] / largest, size);
+    length = ecp_i_norm(size);
+    ecp_i_set3(size[0] / length, size[1] / length, size[2] / length, size);
+    size[3] = offset / largest / length;
+    if (!ecp_i_finite(size[3])) {
+        return ECP_BAD_SIZE;
+    }
+
+    ecp_i_shape_set(s, &ecp_i_half_space_class, ECP_HALF_SPACE, 1, size, ECP_R(-1));
+    ecp_i_set3(size[3] * size[0], size[3] * size[1], size[3] * size[2], s->centre);
+    return ECP_OK;
+}
+
+ECP_DEF ecp_status ecp_shape_sphere(ecp_shape *s, ecp_real radius)
+{
+    const ecp_real size[4] = {radius, 0, 0, 0};
+    ecp_status status;
+
+    if (s == NULL) {
+        return ECP_BAD_POINTER;
+    }
+    status = ecp_i_check_sizes(size, 1);
+    if (status == ECP_OK) {
+        ecp_i_shape_set(s, &ecp_i_sphere_class, ECP_SPHERE, 1, size, radius);
+    }
+    return status;
+}
+
+ECP_DEF ecp_status ecp_shape_ellipsoid(ecp_shape *s, const ecp_real radii[3])
+{
+    ecp_real size[4] = {0, 0, 0, 0};
+    ecp_status status;
+
+    if (s == NULL || radii == NULL) {
+        return ECP_BAD_POINTER;
+    }
+    ecp_i_copy3(radii, size);
+    status = ecp_i_check_sizes(size, 3);
+    if (status == ECP_OK) {
+        ecp_i_shape_set(s, &ecp_i_ellipsoid_class, ECP_ELLIPSOID, 1, size,
+                        ecp_i_max(size[0], ecp_i_max(size[1], size[2])));
+    }
+    return status;
+}
+
+ECP_DEF ecp_status ecp_shape_capsule(ecp_shape *s, ecp_real radius, ecp_real half_length)
+{
+    const ecp_real size[4] = {radius, half_length, 0, 0};
+
+    if (s == NULL) {
+        return ECP_BAD_POINTER;
+    }
+    if (ecp_i_check_finite(size, 2) != ECP_OK) {
+        return ECP_NOT_FINITE;
+    }
+    if (radius <= ECP_R(0) || half_length < ECP_R(0)) {
+        return ECP_BAD_SIZE;
+    }
+    ecp_i_shape_set(s, &ecp_i_capsule_class, ECP_CAPSULE, 1, size, radius + half_length);
+    return ECP_OK;
+}
+
+ECP_DEF ecp_status ecp_shape_cylinder(ecp_shape *s, ecp_real radius, ecp_real half_height)
+{
+    const ecp_real size[4] = {radius, half_height, 0, 0};
+    ecp_status status;
+
+    if (s == NULL) {
+        return ECP_BAD_POINTER;
+    }
+    status = ecp_i_check_sizes(size, 2);
+    if (status == ECP_OK) {
+        ecp_i_shape_set(s, &ecp_i_cylinder_class, ECP_CYLINDER, 3, size,
+                        ecp_i_sqrt(radius * radius + half_height * half_height));
+    }
+    return status;
+}
+
+ECP_DEF ecp_status ecp_shape_frustum(ecp_shape *s, ecp_real bottom_radius, ecp_real top_radius,
+                                     ecp_real half_height)
+{
+    ecp_real size[4] = {bottom_radius, top_radius, half_height, 0};
+    ecp_real a, b, h, k, wide, tip, z;
+
+    if (s == NULL) {
+        return ECP_BAD_POINTER;
+    }
+    if (ecp_i_check_finite(size, 3) != ECP_OK) {
+        return ECP_NOT_FINITE;
+    }
+    wide = ecp_i_max(bottom_radius, top_radius);
+    if (ecp_i_min(bottom_radius, top_radius) < ECP_R(0) || wide <= ECP_R(0) ||
+        half_height <= ECP_R(0)) {
+        return ECP_BAD_SIZE;
+    }
+
+    /* raise a tip; a needle, thinner than the tip would be, becomes a cylinder */
+    tip = ecp_i_min(wide, ECP_I_FRUSTUM_TIP * ecp_i_max(wide, half_height));
+    a = size[0] = ecp_i_max(bottom_radius, tip);
+    b = size[1] = ecp_i_max(top_radius, tip);
+    h = half_height;
+    k = (b - a) / (ECP_R(2) * h);
+    size[3] = ecp_i_sqrt(ECP_R(1) + k * k);
+
+    /* the centroid, and the farther of the two rims from it */
+    z = h * ((b - a) * (b + a) / (ECP_R(2) * (a * a + a * b + b * b)));
+    ecp_i_shape_set(s, &ecp_i_frustum_class, ECP_FRUSTUM, 3, size,
+                    ecp_i_sqrt(ecp_i_max(a * a + (h + z) * (h + z), b * b + (h - z) * (h - z))));
+    s->centre[2] = z;
+    return ECP_OK;
+}
+
+ECP_DEF ecp_status ecp_shape_box(ecp_shape *s, const ecp_real half[3])
+{
+    ecp_real size[4] = {0, 0, 0, 0};
+    ecp_status status;
+
+    if (s == NULL || half == NULL) {
+        return ECP_BAD_POINTER;
+    }
+    ecp_i_copy3(half, size);
+    status = ecp_i_check_sizes(size, 3);
+    if (status == ECP_OK) {
+        ecp_i_shape_set(s, &ecp_i_box_class, ECP_BOX, 6, size, ecp_i_norm(size));
+    }
+    return status;
+}
+
+/* is a direction d != 0 with n_i.d <= 0 for all i? If there is one, there is one along the line of
+   two planes: the cone of such d has an extreme ray, or holds the line that all planes share */
+static int ecp_i_polytope_recedes(const ecp_real *planes, int count)
+{
+    int crossed = 0;
+
+    for (int i = 0; i < count; ++i) {
+        for (int j = i + 1; j < count; ++j) {
+            ecp_real d[3], length, up = ECP_R(-2), down = ECP_R(-2);
+
+            ecp_i_cross(planes + 4 * i, planes + 4 * j, d);
+            length = ecp_i_norm(d);
+            if (length <= ECP_I_POLY_CROSSING) {
+                continue;
+            }
+            crossed = 1;
+            for (int k = 0; k < count; ++k) {
+                const ecp_real rise = ecp_i_dot(planes + 4 * k, d) / length;
+                up = ecp_i_max(up, rise);
+                down = ecp_i_max(down, -rise);
+            }
+            if (ecp_i_min(up, down) <= ECP_I_POLY_RECEDE) {
+                return 1;
+            }
+        }
+    }
+
+    /* all planes parallel */
+    return !crossed;
+}
+
+/* the point that three planes share, if they do and it is inside all the others to `tolerance`.
+   x = (c_0 n_1 x n_2 + c_1 n_2 x n_0 + c_2 n_0 x n_1) / (n_0.n_1 x n_2), and once more for what
+   rounding has left of the three heights */
+static int ecp_i_polytope_corner(const ecp_real *planes, int count, const int triple[3],
+                                 ecp_real tolerance, ecp_real x[3])
+{
+    const ecp_real *p[3];
+    ecp_real dual[3][3], det;
+
+    for (int k = 0; k < 3; ++k) {
+        p[k] = planes + 4 * triple[k];
+    }
+    for (int k = 0; k < 3; ++k) {
+        ecp_i_cross(p[(k + 1) % 3], p[(k + 2) % 3], dual[k]);
+    }
+    det = ecp_i_dot(p[0], dual[0]);
+    if (ecp_i_abs(det) <= ECP_I_POLY_MEETING) {
+        return 0;
+    }
+    ecp_i_set3(ECP_R(0), ECP_R(0), ECP_R(0), x);
+    for (int round = 0; round < 2; ++round) {
+        ecp_real height[3];
+        for (int k = 0; k < 3; ++k) {
+            height[k] = ecp_i_plane_height(p[k], x);
+        }
+        for (int k = 0; k < 3; ++k) {
+            x[k] -= (height[0] * dual[0][k] + height[1] * dual[1][k] + height[2] * dual[2][k]) /
+                    det;
+        }
+    }
+    for (int i = 0; i < count; ++i) {
+        if (!(ecp_i_plane_height(planes + 4 * i, x) <= tolerance)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* moves on to the next triple i < j < k < count; returns 0 after the last */
+static int ecp_i_next_triple(int triple[3], int count)
+{
+    if (++triple[2] < count) {
+        return 1;
+    }
+    if (++triple[1] < count - 1) {
+        triple[2] = triple[1] + 1;
+        return 1;
+    }
+    if (++triple[0] < count - 2) {
+        triple[1] = triple[0] + 1;
+        triple[2] = triple[0] + 2;
+        return 1;
+    }
+    return 0;
+}
+
+/* the largest distance of a vertex from the origin; negative if there is no vertex. The tolerance
+   starts from the offsets, which a redundant plane far away can make too large by much */
+static ecp_real ecp_i_polytope_reach(const ecp_real *planes, int count)
+{
+    int triple[3] = {0, 1, 1};
+    ecp_real x[3], scale = ECP_R(0), reach = ECP_R(-1);
+
+    for (int i = 0; i < count; ++i) {
+        scale = ecp_i_max(scale, ecp_i_abs(planes[4 * i + 3]));
+    }
+    while (ecp_i_next_triple(triple, count)) {
+        if (ecp_i_polytope_corner(planes, count, triple, ECP_I_POLY_INSIDE * scale, x)) {
+            reach = ecp_i_max(reach, ecp_i_norm(x));
+        }
+    }
+    return reach;
+}
+
+/* lists the vertices, each once */
+static ecp_status ecp_i_polytope_vertices(const ecp_real *planes, int count, ecp_real reach,
+                                          ecp_real *vertices, int capacity, int *number)
+{
+    int triple[3] = {0, 1, 1};
+    ecp_real x[3];
+
+    *number = 0;
+    while (ecp_i_next_triple(triple, count)) {
+        int known = 0;
+        if (!ecp_i_polytope_corner(planes, count, triple, ECP_I_POLY_INSIDE * reach, x)) {
+            continue;
+        }
+        for (int v = 0; v < *number && !known; ++v) {
+            ecp_real d[3];
+            ecp_i_set3(x[0] - vertices[3 * v], x[1] - vertices[3 * v + 1], x[2] - vertices[3 * v + 2], d);
+            known = ecp_i_norm(d) <= ECP_I_POLY_SAME * reach;
+        }
+        if (known) {
+            continue;
+        }
+        if (*number == capacity) {
+            return ECP_CAPACITY;
+        }
+        ecp_i_copy3(x, vertices + 3 * *number);
+        ++*number;
+    }
+    return ECP_OK;
+}
+
+/* does any plane hold all vertices? Without inner points, one of the inequalities is an equality
+   on all of the polytope (Farkas) */
+static int ecp_i_polytope_flat(const ecp_shape *s)
+{
+    for (int i = 0; i < s->inequalities; ++i) {
+        int v = 0;
+        while (v < s->vertex_count && ecp_i_polytope_on(s, i, v)) {
+            ++v;
+        }
+        if (v == s->vertex_count) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+static ecp_status ecp_i_check_planes(const ecp_real *planes, int count)
+{
+    if (ecp_i_check_finite(planes, 4 * count) != ECP_OK) {
+        return ECP_NOT_FINITE;
+    }
+    for (int i = 0; i < count; ++i) {
+        if (ecp_i_abs(ecp_i_norm(planes + 4 * i) - ECP_R(1)) > ECP_I_POLY_UNIT) {
+            return ECP_BAD_SIZE;
+        }
+    }
+    return ECP_OK;
+}
+
+ECP_DEF ecp_status ecp_shape_polytope(ecp_shape *s, const ecp_real *planes, int count,
+                                      ecp_real *vertices, int vertex_capacity)
+{
+    ecp_real size[4] = {0, 0, 0, 0};
+    ecp_shape made;
+    ecp_i_integrals sum;
+    ecp_mass mass;
+    ecp_status status;
+
+    if (s == NULL || planes == NULL || vertices == NULL) {
+        return ECP_BAD_POINTER;
+    }
+    if (count < 1 || vertex_capacity < 1) {
+        return ECP_BAD_SIZE;
+    }
+    status = ecp_i_check_planes(planes, count);
+    if (status != ECP_OK) {
+        return status;
+    }
+    if (ecp_i_polytope_recedes(planes, count)) {
+        return ECP_UNBOUNDED_POLYTOPE;
+    }
+
+    /* vertices; a single one at the origin has reach 0 */
+    size[0] = ecp_i_polytope_reach(planes, count);
+    if (size[0] <= ECP_R(0)) {
+        return ECP_EMPTY_POLYTOPE;
+    }
+    ecp_i_shape_set(&made, &ecp_i_polytope_class, ECP_POLYTOPE, count, size, ECP_R(0));
+    made.planes = planes;
+    made.vertices = vertices;
+    status = ecp_i_polytope_vertices(planes, count, size[0], vertices, vertex_capacity,
+                                     &made.vertex_count);
+    if (status != ECP_OK) {
+        return status;
+    }
+    if (ecp_i_polytope_flat(&made)) {
+        return ECP_EMPTY_POLYTOPE;
+    }
+
+    /* faces: the area vectors of a closed surface add up to zero, so this tells whether they fit */
+    ecp_i_polytope_integrate(&made, &sum);
+    if (!(sum.volume > ECP_R(0)) || !(ecp_i_norm(sum.open) <= ECP_I_POLY_CLOSED * sum.area)) {
+        return ECP_BAD_SIZE;
+    }
+    ecp_i_integrals_mass(&sum, &mass);
+    ecp_i_copy3(mass.centre, made.centre);
+    for (int v = 0; v < made.vertex_count; ++v) {
+        ecp_real d[3];
+        ecp_i_set3(vertices[3 * v] - mass.centre[0], vertices[3 * v + 1] - mass.centre[1], vertices[3 * v + 2] - mass.centre[2], d);
+        made.radius = ecp_i_max(made.radius, ecp_i_norm(d));
+    }
+    *s = made;
+    return ECP_OK;
+}
+
+ECP_DEF ecp_status ecp_shape_convex(ecp_shape *s, const ecp_shape_class *cls, int inequalities,
+                                    const ecp_real centre[3], ecp_real radius, const void *user)
+{
+    const ecp_real size[4] = {0, 0, 0, 0};
+
+    if (s == NULL || cls == NULL || centre == NULL || cls->eval == NULL || cls->support == NULL) {
+        return ECP_BAD_POINTER;
+    }
+    if (ecp_i_check_finite(centre, 3) != ECP_OK || !ecp_i_finite(radius)) {
+        return ECP_NOT_FINITE;
+    }
+    if (inequalities < 1 || radius <= ECP_R(0)) {
+        return ECP_BAD_SIZE;
+    }
+    ecp_i_shape_set(s, cls, ECP_CONVEX, inequalities, size, radius);
+    ecp_i_copy3(centre, s->centre);
+    s->user = user;
+    return ECP_OK;
+}
+
+/* ---- bounds and mass */
+
+ECP_DEF void ecp_shape_bounds(const ecp_shape *s, ecp_real lo[3], ecp_real hi[3])
+{
+    for (int k = 0; k < 3; ++k) {
+        ecp_real n[3] = {0, 0, 0}, x[3];
+
+        n[k] = ECP_R(1);
+        s->cls->support(s, n, ECP_R(0), x);
+        hi[k] = x[k];
+        n[k] = ECP_R(-1);
+        s->cls->support(s, n, ECP_R(0), x);
+        lo[k] = x[k];
+
+        /* a half-space ends along its own normal only */
+        if (s->kind == ECP_HALF_SPACE && !(s->size[k] >= ECP_R(1))) {
+            hi[k] = ECP_I_UNBOUNDED;
+        }
+        if (s->kind == ECP_HALF_SPACE && !(s->size[k] <= ECP_R(-1))) {
+            lo[k] = -ECP_I_UNBOUNDED;
+        }
+    }
+}
+
+ECP_DEF void ecp_shape_mass(const ecp_shape *s, ecp_real density, ecp_mass *out)
+{
+    if (s->cls->mass == NULL) {
+        ecp_i_half_space_mass(s, out);
+        return;
+    }
+    s->cls->mass(s, out);
+    out->mass *= density;
+    for (int k = 0; k < 9; ++k) {
+        out->inertia[k] *= density;
+    }
+}
+
+/* R = I + (2 / |q|^2) (w V + V V), V = the cross product matrix of (x, y, z) */
+static void ecp_i_mass_rotation(const ecp_real q[4], ecp_real R[9])
+{
+    const ecp_real w = q[0], x = q[1], y = q[2], z = q[3];
+    const ecp_real c = ECP_R(2) / (w * w + x * x + y * y + z * z);
+
+    R[0] = ECP_R(1) - c * (y * y + z * z);
+    R[1] = c * (x * y - w * z);
+    R[2] = c * (x * z + w * y);
+    R[3] = c * (x * y + w * z);
+    R[4] = ECP_R(1) - c * (x * x + z * z);
+    R[5] = c * (y * z - w * x);
+    R[6] = c * (x * z - w * y);
+    R[7] = c * (y * z + w * x);
+    R[8] = ECP_R(1) - c * (x * x + y * y);
+}
+
+/* with m = m_1 + m_2 and d = c_2 - c_1: c = c_1 + (m_2 / m) d, and by the theorem of parallel axes
+   I = I_1 + R I_2 R^T + (m_1 m_2 / m) (|d|^2 I - d d^T) */
+ECP_DEF void ecp_mass_add(ecp_mass *total, const ecp_mass *part, const ecp_real position[3],
+                          const ecp_real rotation[4])
+{
+    const ecp_real m1 = total->mass, m2 = part->mass, m = m1 + m2;
+    ecp_mass sum = *total;
+    ecp_real R[9], RI[9], d[3], share;
+
+    if (m == ECP_R(0)) {
+        return;
+    }
+    ecp_i_mass_rotation(rotation, R);
+    share = m2 / m;
+    for (int i = 0; i < 3; ++i) {
+        d[i] = position[i] + ecp_i_dot(R + 3 * i, part->centre) - total->centre[i];
+        sum.centre[i] += share * d[i];
+    }
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+            RI[3 * i + j] = R[3 * i] * part->inertia[j] + R[3 * i + 1] * part->inertia[3 + j] +
+                            R[3 * i + 2] * part->inertia[6 + j];
+        }
+    }
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j <= i; ++j) {
+            const ecp_real square = i == j ? ecp_i_dot(d, d) : ECP_R(0);
+            sum.inertia[3 * i + j] += ecp_i_dot(RI + 3 * i, R + 3 * j) +
+                                      m1 * share * (square - d[i] * d[j]);
+            sum.inertia[3 * j + i] = sum.inertia[3 * i + j];
+        }
+    }
+    sum.mass = m;
+    *total = sum;
+}
+/* >>world ================================================================================= */
+
+typedef struct ecp_i_body {
+    ecp_real mass, length;    /* length: of the body's inertia, sqrt(trace(I) / mass) */
+    ecp_real inertia[9];
+    ecp_real x[3], q[4], v[6]; /* v: linear, then angular */
+    /* what x and v could not hold: the exact sums are x + x_carry and v + v_carry */
+    ecp_real x_carry[3], v_carry[6];
+    ecp_real force[6], impulse[6]; /* applied since the last step */
+    int kind;
+} ecp_i_body;
+
+/* a posed primitive */
+typedef struct ecp_i_part {
+    ecp_shape shape;
+    ecp_material material;
+    ecp_real position[3], rotation[9];
+    int body;
+} ecp_i_part;
+
+/* A patch as it is kept from step to step: the warm start and the contact report. Its multipliers
+   are max_inequalities reals in the world's array, those of A before those of B. */
+typedef struct ecp_i_patch {
+    ecp_contact contact;
+    ecp_real a[3]; /* the ECP in the frame of shape_a */
+    int guess;     /* set by ecp_guess_ecp: only `a` means something */
+} ecp_i_patch;
+
+struct ecp_world {
+    ecp_world_desc desc;
+    int bodies, shapes, patches;
+    size_t bodies_at, parts_at, patches_at, multipliers_at, state_bytes, bytes;
+};
+
+/* Blocks are cut off one after the other; with base NULL only their sizes are added up. */
+typedef struct ecp_i_arena {
+    unsigned char *base;
+    size_t used, size, high;
+    int overflow;
+} ecp_i_arena;
+
+static void *ecp_i_take(ecp_i_arena *arena, size_t count, size_t size)
+{
+    size_t at = arena->used, bytes = (count * size + 7) & ~(size_t)7;
+    if (arena->base && bytes > arena->size - at) {
+        arena->overflow = 1;
+        return NULL;
+    }
+    arena->used += bytes;
+    if (arena->used > arena->high) arena->high = arena->used;
+    return arena->base ? (void *)(arena->base + at) : NULL;
+}
+
+static ecp_real *ecp_i_take_reals(ecp_i_arena *arena, int count)
+{
+    return (ecp_real *)ecp_i_take(arena, (size_t)count, sizeof(ecp_real));
+}
+
+static int *ecp_i_take_ints(ecp_i_arena *arena, int count)
+{
+    return (int *)ecp_i_take(arena, (size_t)count, sizeof(int));
+}
+
+
+static ecp_i_body *ecp_i_bodies(const ecp_world *w)
+{
+    return (ecp_i_body *)(void *)((unsigned char *)w + w->bodies_at);
+}
+
+static ecp_i_part *ecp_i_parts(const ecp_world *w)
+{
+    return (ecp_i_part *)(void *)((unsigned char *)w + w->parts_at);
+}
+
+static ecp_i_patch *ecp_i_patches(const ecp_world *w)
+{
+    return (ecp_i_patch *)(void *)((unsigned char *)w + w->patches_at);
+}
+
+/* the multipliers of patch number i */
+static ecp_real *ecp_i_multipliers(const ecp_world *w, int i)
+{
+    return (ecp_real *)(void *)((unsigned char *)w + w->multipliers_at) +
+           i * w->desc.max_inequalities;
+}
+
+/* the part of the block that a snapshot needs; offsets go to *w */
+static void ecp_i_carve_state(ecp_i_arena *arena, ecp_world *w)
+{
+    const ecp_world_desc *d = &w->desc;
+    ecp_i_take(arena, 1, sizeof(ecp_world));
+    w->bodies_at = arena->used;
+    ecp_i_take(arena, (size_t)d->max_bodies, sizeof(ecp_i_body));
+    w->parts_at = arena->used;
+    ecp_i_take(arena, (size_t)d->max_shapes, sizeof(ecp_i_part));
+    w->patches_at = arena->used;
+    ecp_i_take(arena, (size_t)d->max_patches, sizeof(ecp_i_patch));
+    w->multipliers_at = arena->used;
+    ecp_i_take_reals(arena, d->max_patches * d->max_inequalities);
+    w->state_bytes = arena->used;
+}
+
+ECP_DEF const char *ecp_status_string(ecp_status status)
+{
+    switch (status) {
+#define ECP_I_CASE(name, value, text) case name: return text;
+        ECP_STATUS_LIST(ECP_I_CASE)
+#undef ECP_I_CASE
+    default: return "not a status of this library";
+    }
+}
+
+ECP_DEF ecp_world_desc ecp_world_desc_default(void)
+{
+    ecp_world_desc d;
+    d.max_bodies = 8;
+    d.max_shapes = 32;
+    d.max_patches = 16;
+    d.max_inequalities = 12;
+    ecp_i_set3(0, 0, ECP_R(-9.8), d.gravity);
+    return d;
+}
+
+ECP_DEF size_t ecp_world_state_size(const ecp_world *world)
+{
+    return world ? world->state_bytes : 0;
+}
+
+ECP_DEF ecp_status ecp_world_set_gravity(ecp_world *world, const ecp_real gravity[3])
+{
+    if (!world || !gravity) return ECP_BAD_POINTER;
+    if (!ecp_i_all_finite(3, gravity)) return ECP_NOT_FINITE;
+    ecp_i_copy3(gravity, world->desc.gravity);
+    return ECP_OK;
+}
+
+ECP_DEF int ecp_world_body_count(const ecp_world *world) { return world ? world->bodies : 0; }
+ECP_DEF int ecp_world_shape_count(const ecp_world *world) { return world ? world->shapes : 0; }
+
+/* >>bodies */
+
+ECP_DEF ecp_material ecp_material_default(void)
+{
+    ecp_material m;
+    m.mu = ECP_R(0.5);
+    m.e_t = 1;
+    m.e_o = 1;
+    m.e_r = 0;
+    ecp_i_set3(0, 0, 0, m.direction);
+    return m;
+}
+
+ECP_DEF ecp_body_desc ecp_body_desc_default(void)
+{
+    ecp_body_desc d;
+    ECPSIM_MEMSET(&d, 0, sizeof d);
+    d.kind = ECP_DYNAMIC;
+    d.mass = 1;
+    d.inertia[0] = d.inertia[4] = d.inertia[8] = 1;
+    d.rotation[0] = 1;
+    return d;
+}
+
+/* A solid's inertia is positive definite, and none of the principal moments exceeds the sum of the
+   others: (trace / 2) I - inertia, the second moments of mass, is positive semidefinite. Rounding
+   of the caller's numbers is forgiven. */
+static ecp_status ecp_i_check_inertia(const ecp_real inertia[9])
+{
+    ecp_real trace = inertia[0] + inertia[4] + inertia[8], S[9], slack = 64 * ECP_I_EPSILON;
+    int i, j;
+    if (!(trace > 0)) return ECP_BAD_INERTIA;
+    for (i = 0; i < 3; i++) {
+        for (j = 0; j < i; j++) {
+            if (ecp_i_abs(inertia[3 * i + j] - inertia[3 * j + i]) > slack * trace) {
+                return ECP_BAD_INERTIA;
+            }
+        }
+    }
+    for (i = 0; i < 9; i++) S[i] = inertia[i] / trace;
+    if (ecp_chol_factor(3, S, 3)) return ECP_BAD_INERTIA;
+    for (i = 0; i < 9; i++) {
+        S[i] = (i % 4 == 0 ? ECP_R(0.5) + slack : ECP_R(0)) - inertia[i] / trace;
+    }
+    return ecp_chol_factor(3, S, 3) ? ECP_BAD_INERTIA_TRIANGLE : ECP_OK;
+}
+
+static ecp_status ecp_i_check_pose(const ecp_real *position, const ecp_real *rotation)
+{
+    ecp_real q[4];
+    if (position && !ecp_i_all_finite(3, position)) return ECP_NOT_FINITE;
+    if (!rotation) return ECP_OK;
+    if (!ecp_i_all_finite(4, rotation)) return ECP_NOT_FINITE;
+    ECPSIM_MEMCPY(q, rotation, sizeof q);
+    return ecp_i_quat_normalise(q) && ecp_i_all_finite(4, q) ? ECP_OK : ECP_BAD_ROTATION;
+}
+
+ECP_DEF ecp_status ecp_body_add(ecp_world *world, const ecp_body_desc *desc, int *body)
+{
+    ecp_i_body *b;
+    ecp_status status;
+    if (!world || !desc) return ECP_BAD_POINTER;
+    if (desc->kind != ECP_STATIC && desc->kind != ECP_KINEMATIC && desc->kind != ECP_DYNAMIC) {
+        return ECP_BAD_KIND;
+    }
+    status = ecp_i_check_pose(desc->position, desc->rotation);
+    if (status != ECP_OK) return status;
+    if (!ecp_i_all_finite(3, desc->velocity) || !ecp_i_all_finite(3, desc->angular_velocity)) {
+        return ECP_NOT_FINITE;
+    }
+    if (desc->kind == ECP_DYNAMIC) {
+        if (!ecp_i_finite(desc->mass) || !ecp_i_all_finite(9, desc->inertia)) {
+            return ECP_NOT_FINITE;
+        }
+        if (!(desc->mass > 0)) return ECP_BAD_MASS;
+        status = ecp_i_check_inertia(desc->inertia);
+        if (status != ECP_OK) return status;
+    }
+    if (world->bodies >= world->desc.max_bodies) return ECP_CAPACITY;
+    b = ecp_i_bodies(world) + world->bodies;
+    ECPSIM_MEMSET(b, 0, sizeof *b);
+    b->kind = (int)desc->kind;
+    ecp_i_copy3(desc->position, b->x);
+    ECPSIM_MEMCPY(b->q, desc->rotation, sizeof b->q);
+    ecp_i_quat_normalise(b->q);
+    if (desc->kind != ECP_STATIC) {
+        ecp_i_copy3(desc->velocity, b->v);
+        ecp_i_copy3(desc->angular_velocity, b->v + 3);
+    }
+    if (desc->kind == ECP_DYNAMIC) {
+        b->mass = desc->mass;
+        ECPSIM_MEMCPY(b->inertia, desc->inertia, sizeof b->inertia);
+        b->length = ecp_i_sqrt((b->inertia[0] + b->inertia[4] + b->inertia[8]) / b->mass);
+    }
+    if (body) *body = world->bodies;
+    world->bodies++;
+    return ECP_OK;
+}
+
+static ecp_status ecp_i_check_material(const ecp_material *m)
+{
+    if (!ecp_i_finite(m->mu) || !ecp_i_all_finite(3, &m->e_t) || !ecp_i_all_finite(3, m->direction)) {
+        return ECP_NOT_FINITE;
+    }
+    if (m->mu < 0) return ECP_BAD_FRICTION;
+    return m->e_t > 0 && m->e_o > 0 && m->e_r >= 0 ? ECP_OK : ECP_BAD_ELLIPSOID;
+}
+
+ECP_DEF ecp_status ecp_body_add_shape(ecp_world *world, int body, const ecp_shape *shape,
+                                      const ecp_real position[3], const ecp_real rotation[4],
+                                      const ecp_material *material, int *shape_index)
+{
+    ecp_material m = ecp_material_default();
+    ecp_real q[4];
+    ecp_status status;
+    ecp_i_part *p;
+    if (!world || !shape || !shape->cls) return ECP_BAD_POINTER;
+    if (body < 0 || body >= world->bodies) return ECP_BAD_INDEX;
+    if (shape->kind == ECP_HALF_SPACE && ecp_i_bodies(world)[body].kind == ECP_DYNAMIC) {
+        return ECP_BAD_KIND;
+    }
+    status = ecp_i_check_pose(position, rotation);
+    if (status != ECP_OK) return status;
+    if (material) m = *material;
+    status = ecp_i_check_material(&m);
+    if (status != ECP_OK) return status;
+    if (world->shapes >= world->desc.max_shapes ||
+        shape->inequalities > world->desc.max_inequalities) {
+        return ECP_CAPACITY;
+    }
+    p = ecp_i_parts(world) + world->shapes;
+    ECPSIM_MEMSET(p, 0, sizeof *p);
+    p->shape = *shape;
+    p->material = m;
+    p->body = body;
+    if (position) ecp_i_copy3(position, p->position);
+    q[0] = 1;
+    ecp_i_set3(0, 0, 0, q + 1);
+    if (rotation) ECPSIM_MEMCPY(q, rotation, sizeof q);
+    ecp_i_quat_normalise(q);
+    ecp_quat_to_matrix(q, p->rotation);
+    if (shape_index) *shape_index = world->shapes;
+    world->shapes++;
+    return ECP_OK;
+}
+
+ECP_DEF ecp_status ecp_body_get_state(const ecp_world *world, int body, ecp_real position[3],
+                                      ecp_real rotation[4], ecp_real velocity[3],
+                                      ecp_real angular_velocity[3])
+{
+    const ecp_i_body *b;
+    if (!world) return ECP_BAD_POINTER;
+    if (body < 0 || body >= world->bodies) return ECP_BAD_INDEX;
+    b = ecp_i_bodies(world) + body;
+    if (position) ecp_i_copy3(b->x, position);
+    if (rotation) ECPSIM_MEMCPY(rotation, b->q, sizeof b->q);
+    if (velocity) ecp_i_copy3(b->v, velocity);
+    if (angular_velocity) ecp_i_copy3(b->v + 3, angular_velocity);
+    return ECP_OK;
+}
+
+ECP_DEF ecp_status ecp_body_set_state(ecp_world *world, int body, const ecp_real position[3],
+                                      const ecp_real rotation[4], const ecp_real velocity[3],
+                                      const ecp_real angular_velocity[3])
+{
+    ecp_i_body *b;
+    ecp_status status;
+    if (!world) return ECP_BAD_POINTER;
+    if (body < 0 || body >= world->bodies) return ECP_BAD_INDEX;
+    b = ecp_i_bodies(world) + body;
+    status = ecp_i_check_pose(position, rotation);
+    if (status != ECP_OK) return status;
+    if ((velocity && !ecp_i_all_finite(3, velocity)) ||
+        (angular_velocity && !ecp_i_all_finite(3, angular_velocity))) {
+        return ECP_NOT_FINITE;
+    }
+    if (b->kind == ECP_STATIC && (velocity || angular_velocity)) return ECP_BAD_KIND;
+    if (position) {
+        ecp_i_copy3(position, b->x);
+        ecp_i_set3(0, 0, 0, b->x_carry);
+    }
+    if (rotation) {
+        ECPSIM_MEMCPY(b->q, rotation, sizeof b->q);
+        ecp_i_quat_normalise(b->q);
+    }
+    if (velocity) {
+        ecp_i_copy3(velocity, b->v);
+        ecp_i_set3(0, 0, 0, b->v_carry);
+    }
+    if (angular_velocity) {
+        ecp_i_copy3(angular_velocity, b->v + 3);
+        ecp_i_set3(0, 0, 0, b->v_carry + 3);
+    }
+    return ECP_OK;
+}
+
+/* adds a linear load, its moment when it acts at a point, and an angular load */
+static ecp_status ecp_i_apply(ecp_world *world, int body, const ecp_real *linear,
+                              const ecp_real *point, const ecp_real *angular, int impulse)
+{
+    ecp_i_body *b;
+    ecp_real arm[3], sum[6], *total;
+    int k;
+    if (!world || (!linear && !angular)) return ECP_BAD_POINTER;
+    if (body < 0 || body >= world->bodies) return ECP_BAD_INDEX;
+    b = ecp_i_bodies(world) + body;
+    if (b->kind != ECP_DYNAMIC) return ECP_BAD_KIND;
+    total = impulse ? b->impulse : b->force;
+    ECPSIM_MEMCPY(sum, total, sizeof sum);
+    if (linear) ecp_i_axpy(sum, 1, linear, sum);
+    if (linear && point) {
+        ecp_i_sub(point, b->x, arm);
+        ecp_i_add_cross(arm, linear, sum + 3);
+    }
+    if (angular) ecp_i_axpy(sum + 3, 1, angular, sum + 3);
+    if (!ecp_i_all_finite(6, sum)) return ECP_NOT_FINITE;
+    for (k = 0; k < 6; k++) total[k] = sum[k];
+    return ECP_OK;
+}
+
+ECP_DEF ecp_status ecp_body_apply_force(ecp_world *world, int body, const ecp_real force[3],
+                                        const ecp_real *point)
+{
+    return ecp_i_apply(world, body, force, point, NULL, 0);
+}
+
+ECP_DEF ecp_status ecp_body_apply_torque(ecp_world *world, int body, const ecp_real torque[3])
+{
+    return ecp_i_apply(world, body, NULL, NULL, torque, 0);
+}
+
+ECP_DEF ecp_status ecp_body_apply_impulse(ecp_world *world, int body, const ecp_real impulse[3],
+                                          const ecp_real *point)
+{
+    return ecp_i_apply(world, body, impulse, point, NULL, 1);
+}
+
+ECP_DEF ecp_status ecp_body_apply_angular_impulse(ecp_world *world, int body,
+                                                  const ecp_real impulse[3])
+{
+    return ecp_i_apply(world, body, NULL, NULL, impulse, 1);
+}
+
+ECP_DEF ecp_status ecp_shape_get(const ecp_world *world, int shape_index, const ecp_shape **shape,
+                                 int *body, ecp_real position[3], ecp_real rotation[9])
+{
+    const ecp_i_part *p;
+    const ecp_i_body *b;
+    ecp_real R[9], offset[3];
+    if (!world) return ECP_BAD_POINTER;
+    if (shape_index < 0 || shape_index >= world->shapes) return ECP_BAD_INDEX;
+    p = ecp_i_parts(world) + shape_index;
+    b = ecp_i_bodies(world) + p->body;
+    ecp_quat_to_matrix(b->q, R);
+    if (shape) *shape = &p->shape;
+    if (body) *body = p->body;
+    if (position) {
+        ecp_i_mul(R, p->position, offset);
+        ecp_i_axpy(b->x, 1, offset, position);
+    }
+    if (rotation) ecp_i_matmul(R, p->rotation, rotation);
+    return ECP_OK;
+}
+/* >>motion ================================================================================
+   A body within a step: what is known at its beginning, and where a trial velocity takes it. */
+
+typedef struct ecp_i_motion {
+    const ecp_i_body *body;
+    int dynamic, island;
+    int at;               /* of its six unknowns in the island's vector */
+    ecp_real R0[9];       /* rotation at the beginning of the step */
+    ecp_real inertia[9];  /* about the centre of mass, world axes, beginning of the step */
+    ecp_real kick[6];     /* p_app + p_vp of equ:discrete_NE */
+    ecp_real free[6];     /* the velocity change without contacts, M^-1 kick */
+    ecp_real mass, length, speed; /* units: of mass, of length, of velocity (vs, of the island) */
+    /* at the trial velocity */
+    ecp_real dv[6], v[6]; /* change over the step, and velocity at its end */
+    ecp_real dx[3];       /* displacement */
+    ecp_real T[9], J[9];  /* the turn less the identity, and its derivative (ecp_i_cayley) */
+    ecp_real R[9];        /* rotation at the end, R0 + T R0 */
+    ecp_real residual[6]; /* of equ:discrete_NE, unscaled */
+    ecp_real floor[2];    /* the sizes of its terms, linear and angular, for the rounding floor */
+} ecp_i_motion;
+
+/* Moves the body to where the velocity change dv takes it: v = v0 + dv, x = x0 + h v. Changes are
+   the unknowns, not velocities, and displacements are kept apart from positions, so that small
+   steps and places far from the origin cost no digits. */
+static void ecp_i_move(ecp_i_motion *m, ecp_real h, const ecp_real dv[6])
+{
+    int k;
+    for (k = 0; k < 6; k++) {
+        m->dv[k] = dv[k];
+        m->v[k] = m->body->v[k] + (m->body->v_carry[k] + dv[k]);
+    }
+    for (k = 0; k < 3; k++) m->dx[k] = h * m->v[k];
+    ecp_i_cayley(m->v + 3, h, m->T, m->J);
+    ecp_i_matmul(m->T, m->R0, m->R);
+    for (k = 0; k < 9; k++) m->R[k] += m->R0[k];
+}
+
+/* what M^-1 makes of an impulse (linear, angular) */
+static void ecp_i_velocity_change(const ecp_i_motion *m, const ecp_real impulse[6], ecp_real dv[6])
+{
+    ecp_real I[9];
+    ECPSIM_MEMCPY(I, m->inertia, sizeof I);
+    ecp_i_scale(1 / m->body->mass, impulse, dv);
+    ecp_i_copy3(impulse + 3, dv + 3);
+    ecp_chol_factor(3, I, 3);
+    ecp_chol_solve(3, I, 3, dv + 3);
+}
+
+/* p_app: weight, forces and impulses; p_vp: the gyroscopic moment -h w x I w, at the beginning */
+static void ecp_i_predict(const ecp_world *w, const ecp_i_body *b, ecp_real h, ecp_i_motion *m)
+{
+    ecp_real none[6], Iw[3], gyro[3];
+    int k;
+    ECPSIM_MEMSET(m, 0, sizeof *m);
+    ECPSIM_MEMSET(none, 0, sizeof none);
+    m->body = b;
+    m->dynamic = b->kind == ECP_DYNAMIC;
+    m->island = -1;
+    ecp_quat_to_matrix(b->q, m->R0);
+    if (m->dynamic) {
+        m->mass = b->mass;
+        m->length = b->length;
+        ecp_i_congruence(m->R0, b->inertia, m->inertia);
+        ecp_i_mul(m->inertia, b->v + 3, Iw);
+        ecp_i_cross(b->v + 3, Iw, gyro);
+        for (k = 0; k < 3; k++) {
+            m->kick[k] = h * (b->mass * w->desc.gravity[k] + b->force[k]) + b->impulse[k];
+            m->kick[3 + k] = h * (b->force[3 + k] - gyro[k]) + b->impulse[3 + k];
+        }
+        ecp_i_velocity_change(m, m->kick, m->free);
+    }
+    ecp_i_move(m, h, m->dynamic ? m->free : none);
+}
+
+/* >>equations =============================================================================
+   One patch, in the form of docs/model.md. Unknowns: the ECP a on A (in the frame of the primitive,
+   in lengths L), the multipliers l of f, and against a half-space p = (p_n / P, y). Between two
+   convex primitives also the signed gap d (in h vs) and the multipliers m of g:
+
+     n = sum_i l_i grad f_i(a),  a2 = a + d n,  b = a2 in the frame of B
+     half-space:   sum_i l_i grad f_i(a) - n = 0          (n is known)
+     pair:         (n.n - 1) / 2 = 0,   n + sum_j m_j grad g_j(b) = 0
+     0 <= l_i  _|_ -f_i(a) / L >= 0,    0 <= m_j _|_ -g_j(b) / L >= 0
+     0 <= p_n  _|_ d >= 0
+     y - Proj_{|.| <= mu p_n} (y - rho w) = 0,   w = (e_t v_t, e_o v_o, e_r w_n)
+
+   with y = (p_t / e_t, p_o / e_o, p_r / e_r). The rows stand in the order of these lines, with the
+   multipliers' rows before the gap's. Contact normal N = -n, from B to A. */
+
+typedef struct ecp_i_pair {
+    const ecp_i_part *a, *b;
+    ecp_i_motion *ma, *mb;
+    int shape_a, shape_b, old; /* old: this patch in the world's list, or -1 */
+    int plane;                 /* B is a half-space */
+    int nl, nm, nf;            /* numbers of multipliers of f and g, of friction rows (0, 2, 3) */
+    int at, count;             /* of its unknowns in the island's vector */
+    ecp_real mu, e[3], direction[3];
+    ecp_real L, V, P;          /* units of length, velocity, impulse */
+    ecp_real e_scaled[3], rho;
+    ecp_real offset[3];        /* x_A - x_B at the beginning of the step */
+
+    /* at the trial point */
+    ecp_real *fa, *ga, *fb, *gb;     /* values and gradients of f at a, of g at b */
+    ecp_real cone[3];                /* sum l_i grad f_i, frame of A */
+    ecp_real Qa[9], Qb[9];           /* primitive to world */
+    ecp_real n[3], N[3], t[3], o[3]; /* world */
+    ecp_real c[3], c_norm;           /* N x direction, before normalisation */
+    ecp_real ra[3], rb[3];           /* from the centres of mass to a */
+    ecp_real rb2[3];                 /* from B's to a2 */
+    ecp_real b_local[3], d;
+    ecp_real d_floor, d_noise;       /* rounding error of the gap as a distance, and in its row */
+    ecp_real v[3], spin[3];          /* of A relative to B at a */
+    ecp_real force[3];               /* impulse on A */
+    ecp_real p[4];                   /* p_n / P, y */
+    ecp_real z[3], radius, z_norm;   /* argument of the projection, mu p_n, |z| */
+    ecp_real tau;                    /* smoothing of the complementarity rows */
+
+    /* the Newton block (see elimination) */
+    ecp_real *block;
+    ecp_real *fixed_a, *slope_a, *fixed_b, *slope_b;
+    int *active_a, *active_b, *row_tag, *col_tag, *row_order, *col_order;
+    int kl, km, ny, columns, pivots;
+    ecp_real Ha[9], Hb[9];
+} ecp_i_pair;
+
+static int ecp_i_at_d(const ecp_i_pair *c) { return 3 + c->nl; }
+static int ecp_i_at_m(const ecp_i_pair *c) { return 4 + c->nl; }
+static int ecp_i_at_p(const ecp_i_pair *c) { return c->plane ? 3 + c->nl : 4 + c->nl + c->nm; }
+
+/* Fischer-Burmeister a + b - sqrt(a^2 + b^2 + 2 tau^2), smoothed by tau, and its derivatives. At
+   the kink a = b = 0 any of the generalised derivatives will do; this one treats both alike. */
+static ecp_real ecp_i_fb(ecp_real a, ecp_real b, ecp_real tau, ecp_real *da, ecp_real *db)
+{
+    ecp_real r = ecp_i_sqrt(a * a + b * b + 2 * tau * tau);
+    if (!(r > 0)) {
+        *da = *db = ECP_R(0.2928932188134524); /* 1 - 1 / sqrt(2) */
+        return 0;
+    }
+    *da = 1 - a / r;
+    *db = 1 - b / r;
+    /* a + b - r without cancellation where both are positive */
+    if (a > 0 && b > 0) return 2 * (a * b - tau * tau) / (a + b + r);
+    return a + b - r;
+}
+
+/* tangents o = N x direction normalised, t = o x N */
+static void ecp_i_tangents(ecp_i_pair *c)
+{
+    ecp_i_cross(c->N, c->direction, c->c);
+    c->c_norm = ecp_i_norm(c->c);
+    if (!(c->c_norm > 0)) c->c_norm = 1;
+    ecp_i_scale(1 / c->c_norm, c->c, c->o);
+    ecp_i_cross(c->o, c->N, c->t);
+}
+
+/* The gap of a over the half-space {x : size.x <= size[3]}, as the gap at the beginning of the step
+   plus what the step adds to it: the sum of the two positions would round the increment away. The
+   former is zero when it is no more than its rounding error. ra0: from A's centre of mass to a at
+   the beginning. */
+static ecp_real ecp_i_plane_gap_after(ecp_i_pair *c, const ecp_real ra0[3])
+{
+    const ecp_i_motion *ma = c->ma, *mb = c->mb;
+    const ecp_real *size = c->b->shape.size;
+    ecp_real origin[3], rel[3], N0[3], local[3], moved[3], turned[3], d0, d;
+    ecp_i_mul(mb->R0, c->b->position, origin);
+    ecp_i_mul(c->b->rotation, size, local);
+    ecp_i_mul(mb->R0, local, N0);
+    ecp_i_axpy(c->offset, 1, ra0, rel);
+    ecp_i_sub(rel, origin, rel);
+    d0 = ecp_i_dot(N0, rel) - size[3];
+    c->d_floor = ECP_I_EPSILON * (ecp_i_norm(c->offset) + ecp_i_norm(ra0) + ecp_i_norm(origin) +
+                                  ecp_i_abs(size[3]));
+    c->d_noise = 0;
+    if (ecp_i_abs(d0) <= c->d_floor) d0 = 0;
+    else c->d_noise = c->d_floor;
+    ecp_i_sub(ma->dx, mb->dx, moved);
+    ecp_i_mul(ma->T, ra0, turned);
+    ecp_i_axpy(moved, 1, turned, moved);
+    d = d0;
+    if (mb->body->kind == ECP_KINEMATIC) {
+        ecp_i_mul(mb->T, origin, turned);
+        ecp_i_sub(moved, turned, moved);
+        ecp_i_axpy(rel, 1, moved, rel);
+        ecp_i_mul(mb->T, N0, turned);
+        d += ecp_i_dot(turned, rel);
+    }
+    return d + ecp_i_dot(N0, moved);
+}
+
+/* N, rb2, b and d of a patch whose a, Qa, ra, cone are known */
+static void ecp_i_pair_normal(ecp_i_pair *c, const ecp_real *y, const ecp_real ra0[3], ecp_real h)
+{
+    ecp_real origin[3], at[3];
+    ecp_i_matmul(c->mb->R, c->b->rotation, c->Qb);
+    if (c->plane) {
+        ecp_i_mul(c->Qb, c->b->shape.size, c->N);
+        ecp_i_scale(-1, c->N, c->n);
+        c->d = ecp_i_plane_gap_after(c, ra0);
+        ecp_i_axpy(c->rb, c->d, c->n, c->rb2);
+        return;
+    }
+    ecp_i_mul(c->Qa, c->cone, c->n);
+    ecp_i_scale(-1, c->n, c->N);
+    c->d = h * c->V * y[ecp_i_at_d(c)];
+    ecp_i_axpy(c->rb, c->d, c->n, c->rb2);
+    ecp_i_mul(c->mb->R, c->b->position, origin);
+    ecp_i_sub(c->rb2, origin, at);
+    ecp_i_mul_t(c->Qb, at, c->b_local);
+    c->b->shape.cls->eval(&c->b->shape, c->b_local, c->fb, c->gb);
+    c->d_floor = ECP_I_EPSILON * (ecp_i_norm(c->offset) + ecp_i_norm(c->ra) + ecp_i_norm(c->rb));
+    c->d_noise = c->d_floor;
+}
+
+/* Everything that the residual and its derivative need, from the patch's unknowns y and the trial
+   motion of the two bodies. */
+static void ecp_i_pair_evaluate(ecp_i_pair *c, const ecp_real *y, ecp_real h)
+{
+    const ecp_real *p = y + ecp_i_at_p(c);
+    ecp_real a[3], at[3], ra0[3], w[3];
+    int i, k;
+    ecp_i_scale(c->L, y, a);
+    c->a->shape.cls->eval(&c->a->shape, a, c->fa, c->ga);
+    ecp_i_set3(0, 0, 0, c->cone);
+    for (i = 0; i < c->nl; i++) ecp_i_axpy(c->cone, y[3 + i], c->ga + 3 * i, c->cone);
+    ecp_i_matmul(c->ma->R, c->a->rotation, c->Qa);
+    ecp_i_mul(c->a->rotation, a, at);
+    ecp_i_axpy(at, 1, c->a->position, at);
+    ecp_i_mul(c->ma->R0, at, ra0);
+    ecp_i_mul(c->ma->T, ra0, c->ra);
+    ecp_i_axpy(c->ra, 1, ra0, c->ra);
+    for (k = 0; k < 3; k++) c->rb[k] = c->offset[k] + (c->ma->dx[k] - c->mb->dx[k]) + c->ra[k];
+    ecp_i_pair_normal(c, y, ra0, h);
+
+    ecp_i_sub(c->ma->v, c->mb->v, c->v);
+    ecp_i_add_cross(c->ma->v + 3, c->ra, c->v);
+    ecp_i_cross(c->rb, c->mb->v + 3, at);
+    ecp_i_axpy(c->v, 1, at, c->v);
+    ecp_i_sub(c->ma->v + 3, c->mb->v + 3, c->spin);
+
+    for (k = 0; k <= c->nf; k++) c->p[k] = p[k];
+    ecp_i_scale(c->P * p[0], c->N, c->force);
+    if (c->nf == 0) return;
+    ecp_i_tangents(c);
+    ecp_i_axpy(c->force, c->e[0] * c->P * p[1], c->t, c->force);
+    ecp_i_axpy(c->force, c->e[1] * c->P * p[2], c->o, c->force);
+    w[0] = c->e[0] * ecp_i_dot(c->t, c->v) / c->V;
+    w[1] = c->e[1] * ecp_i_dot(c->o, c->v) / c->V;
+    w[2] = c->e[2] * ecp_i_dot(c->N, c->spin) / c->V;
+    c->z_norm = 0;
+    for (k = 0; k < c->nf; k++) {
+        c->z[k] = p[1 + k] - c->rho * w[k];
+        c->z_norm += c->z[k] * c->z[k];
+    }
+    c->z_norm = ecp_i_sqrt(c->z_norm);
+    c->radius = c->mu * ecp_i_max(p[0], 0);
+}
+
+/* moment impulse on A about the normal, and the whole moment about a point r away from a */
+static ecp_real ecp_i_torsion(const ecp_i_pair *c)
+{
+    return c->nf == 3 ? c->e[2] * c->P * c->p[3] : ECP_R(0);
+}
+
+/* takes the patch's wrench, `sign` on this body, off its momentum balance */
+static void ecp_i_wrench(const ecp_i_pair *c, ecp_i_motion *m, const ecp_real r[3], ecp_real sign)
+{
+    ecp_real moment[3], size = c->P * ecp_i_abs(c->p[0]), arm = ecp_i_norm(r);
+    int k;
+    ecp_i_scale(ecp_i_torsion(c), c->N, moment);
+    ecp_i_add_cross(r, c->force, moment);
+    ecp_i_axpy(m->residual, -sign, c->force, m->residual);
+    ecp_i_axpy(m->residual + 3, -sign, moment, m->residual + 3);
+    for (k = 1; k <= c->nf; k++) size += ecp_i_abs(c->e[k - 1] * c->P * c->p[k]);
+    m->floor[0] += size;
+    m->floor[1] += size * arm;
+}
+
+/* The patch's rows of F, after ecp_i_pair_evaluate. */
+static void ecp_i_pair_residual(const ecp_i_pair *c, const ecp_real *y, ecp_real h, ecp_real *F)
+{
+    ecp_real da, db, local[3], shrink;
+    int i, k, row = 0;
+    ecp_i_mul_t(c->plane ? c->Qa : c->Qb, c->n, local);
+    if (c->plane) {
+        for (k = 0; k < 3; k++) F[row++] = c->cone[k] - local[k];
+    } else {
+        F[row++] = (ecp_i_dot(c->n, c->n) - 1) / 2;
+        for (i = 0; i < c->nm; i++) {
+            ecp_i_axpy(local, y[ecp_i_at_m(c) + i], c->gb + 3 * i, local);
+        }
+        for (k = 0; k < 3; k++) F[row++] = local[k];
+    }
+    for (i = 0; i < c->nl; i++) {
+        F[row++] = ecp_i_fb(y[3 + i], -c->fa[i] / c->L, c->tau, &da, &db);
+    }
+    for (i = 0; !c->plane && i < c->nm; i++) {
+        F[row++] = ecp_i_fb(y[ecp_i_at_m(c) + i], -c->fb[i] / c->L, c->tau, &da, &db);
+    }
+    F[row++] = ecp_i_fb(c->p[0], c->d / (h * c->V), c->tau, &da, &db);
+    shrink = c->nf && c->z_norm > c->radius ? c->radius / c->z_norm : ECP_R(1);
+    for (k = 0; k < c->nf; k++) F[row++] = c->p[1 + k] - shrink * c->z[k];
+}
+
+/* >>jacobian: one column for each unknown, by carrying a first-order change through the rows */
+
+typedef struct ecp_i_change {
+    ecp_real ra[3], rb[3];    /* of the point a, seen from A and from B */
+    ecp_real n[3];            /* of the outward normal of A (pair) */
+    ecp_real rows[3];         /* direct change of the three rows of the normal */
+    ecp_real d;               /* of the gap (pair) */
+    ecp_real turn_b[3];       /* rotation of B */
+    ecp_real v[3], spin[3];
+    ecp_real p[4];            /* of p_n / P and y */
+} ecp_i_change;
+
+/* the change of b = Qb^T (a2 - x_B), in lengths L */
+static void ecp_i_change_of_b(const ecp_i_pair *c, const ecp_i_change *t, ecp_real db[3])
+{
+    ecp_real moved[3], turned[3];
+    ecp_i_axpy(t->rb, t->d, c->n, moved);
+    ecp_i_axpy(moved, c->d, t->n, moved);
+    ecp_i_cross(c->rb2, t->turn_b, turned);
+    ecp_i_axpy(moved, 1, turned, moved);
+    ecp_i_mul_t(c->Qb, moved, db);
+    ecp_i_scale(1 / c->L, db, db);
+}
+
+/* rows of a pair's geometry: |n|, Qb^T n + sum m grad g(b), and the active multipliers of g */
+static int ecp_i_pair_column(const ecp_i_pair *c, const ecp_i_change *t, ecp_real *column)
+{
+    ecp_real local[3], db[3], turned[3];
+    int i, k, ld = c->columns, row = 0;
+    column[ld * row++] = ecp_i_dot(c->n, t->n);
+    ecp_i_change_of_b(c, t, db);
+    ecp_i_cross(c->n, t->turn_b, turned);
+    ecp_i_axpy(turned, 1, t->n, turned);
+    ecp_i_mul_t(c->Qb, turned, local);
+    ecp_i_mul(c->Hb, db, turned);
+    for (k = 0; k < 3; k++) column[ld * row++] = local[k] + turned[k] + t->rows[k];
+    row += c->kl;
+    for (i = 0; i < c->km; i++) {
+        int j = c->active_b[i];
+        column[ld * row++] = -c->slope_b[j] * ecp_i_dot(c->gb + 3 * j, db);
+    }
+    return row;
+}
+
+/* friction rows: y - P(z), dP = (radius / |z|) (dz - u u.dz) + u d radius outside, u = z / |z|,
+   and dP = dz inside the cone */
+static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_change *t, const ecp_real dN[3],
+                                  const ecp_real dt[3], const ecp_real d_o[3], ecp_real *column)
+{
+    ecp_real dz[3], along = 0;
+    int k, ld = c->columns;
+    dz[0] = ecp_i_dot(dt, c->v) + ecp_i_dot(c->t, t->v);
+    dz[1] = ecp_i_dot(d_o, c->v) + ecp_i_dot(c->o, t->v);
+    dz[2] = ecp_i_dot(dN, c->spin) + ecp_i_dot(c->N, t->spin);
+    for (k = 0; k < c->nf; k++) dz[k] = t->p[1 + k] - c->rho * c->e[k] * dz[k] / c->V;
+    if (c->z_norm <= c->radius) {
+        for (k = 0; k < c->nf; k++) column[ld * k] = t->p[1 + k] - dz[k];
+        return;
+    }
+    for (k = 0; k < c->nf; k++) along += c->z[k] / c->z_norm * dz[k];
+    for (k = 0; k < c->nf; k++) {
+        ecp_real u = c->z[k] / c->z_norm;
+        column[ld * k] = t->p[1 + k] - c->radius / c->z_norm * (dz[k] - along * u);
+        if (c->p[0] >= 0) column[ld * k] -= c->mu * u * t->p[0];
+    }
+}
+
+/* momentum rows of one body, scaled by m vs and m vs L */
+static void ecp_i_wrench_column(const ecp_i_pair *c, const ecp_i_motion *m, ecp_real sign,
+                                const ecp_real r[3], const ecp_real dr[3], const ecp_real dF[3],
+                                const ecp_real twist[3], ecp_real *column)
+{
+    ecp_real moment[3], scale = -sign / (m->mass * m->speed);
+    int k, ld = c->columns;
+    ecp_i_copy3(twist, moment);
+    ecp_i_add_cross(dr, c->force, moment);
+    ecp_i_add_cross(r, dF, moment);
+    for (k = 0; k < 3; k++) {
+        column[ld * k] = scale * dF[k];
+        column[ld * (3 + k)] = scale / m->length * moment[k];
+    }
+}
+
+/* One column of the patch's block: how its rows, and the bodies' momentum rows below them, change
+   under t. The rows of the active multipliers of f and everything's own multiplier are written by
+   the caller. */
+static void ecp_i_column(const ecp_i_pair *c, const ecp_i_change *t, ecp_real h, ecp_real *column)
+{
+    ecp_real dN[3], d_o[3] = {0, 0, 0}, dt[3] = {0, 0, 0}, dF[3], twist[3], da, db, d = t->d;
+    int k, ld = c->columns, row = 3 + c->kl;
+    ecp_i_scale(-1, t->n, dN);
+    if (c->plane) {
+        for (k = 0; k < 3; k++) column[ld * k] = t->rows[k];
+        d = ecp_i_dot(c->N, t->rb);
+    } else {
+        row = ecp_i_pair_column(c, t, column);
+    }
+    ecp_i_fb(c->p[0], c->d / (h * c->V), c->tau, &da, &db);
+    column[ld * row++] = da * t->p[0] + db * d / (h * c->V);
+    ecp_i_scale(c->P * t->p[0], c->N, dF);
+    ecp_i_axpy(dF, c->P * c->p[0], dN, dF);
+    ecp_i_set3(0, 0, 0, twist);
+    if (c->nf > 0) {
+        ecp_i_cross(dN, c->direction, d_o);
+        ecp_i_axpy(d_o, -ecp_i_dot(c->o, d_o), c->o, d_o);
+        ecp_i_scale(1 / c->c_norm, d_o, d_o);
+        ecp_i_cross(d_o, c->N, dt);
+        ecp_i_add_cross(c->o, dN, dt);
+        ecp_i_friction_column(c, t, dN, dt, d_o, column + ld * row);
+        row += c->nf;
+        ecp_i_axpy(dF, c->e[0] * c->P * t->p[1], c->t, dF);
+        ecp_i_axpy(dF, c->e[0] * c->P * c->p[1], dt, dF);
+        ecp_i_axpy(dF, c->e[1] * c->P * t->p[2], c->o, dF);
+        ecp_i_axpy(dF, c->e[1] * c->P * c->p[2], d_o, dF);
+    }
+    if (c->nf == 3) {
+        ecp_i_scale(c->e[2] * c->P * t->p[3], c->N, twist);
+        ecp_i_axpy(twist, ecp_i_torsion(c), dN, twist);
+    }
+    if (c->ma->dynamic) {
+        ecp_i_wrench_column(c, c->ma, 1, c->ra, t->ra, dF, twist, column + ld * row);
+        row += 6;
+    }
+    if (c->mb->dynamic) ecp_i_wrench_column(c, c->mb, -1, c->rb, t->rb, dF, twist, column + ld * row);
+}
+
+/* Multipliers whose row is steeper in l than in the constraint, dF = da dl + db ds with da >= db,
+   are eliminated at once: dl_i = fixed_i + slope_i g_i.da; they add slope_i g_i g_i^T to the Hessian
+   H and sum_i fixed_i g_i to the cone. The others are listed in active[], with fixed = da and slope
+   = db. Returns their number. At the kink (both l and f within `kink` of zero) the constraint counts
+   as off, which is one of the generalised derivatives: an ECP on the rim of its patch can leave it. */
+static int ecp_i_condense(int count, const ecp_real *l, const ecp_real *f, const ecp_real *g,
+                          ecp_real L, ecp_real tau, ecp_real kink, ecp_real *fixed, ecp_real *slope,
+                          int *active, ecp_real H[9], ecp_real shift[3])
+{
+    int i, j, k, kept = 0;
+    ecp_i_set3(0, 0, 0, shift);
+    for (i = 0; i < count; i++) {
+        ecp_real da, db, F = ecp_i_fb(l[i], -f[i] / L, tau, &da, &db);
+        if (!(tau > 0) && ecp_i_abs(l[i]) <= kink && ecp_i_abs(f[i]) <= kink * L) {
+            da = 1;
+            db = 0;
+        }
+        if (da < db) {
+            fixed[i] = da;
+            slope[i] = db;
+            active[kept++] = i;
+            continue;
+        }
+        fixed[i] = -F / da;
+        slope[i] = db / da;
+        ecp_i_axpy(shift, fixed[i], g + 3 * i, shift);
+        for (j = 0; slope[i] > 0 && j < 3; j++) {
+            for (k = 0; k < 3; k++) H[3 * j + k] += slope[i] * g[3 * i + j] * g[3 * i + k];
+        }
+    }
+    return kept;
+}
+
+static void ecp_i_hessian(const ecp_shape *s, const ecp_real x[3], const ecp_real *l, ecp_real L,
+                          ecp_real H[9])
+{
+    int k;
+    ECPSIM_MEMSET(H, 0, 9 * sizeof(ecp_real));
+    if (!s->cls->hess) return;
+    s->cls->hess(s, x, l, H);
+    for (k = 0; k < 9; k++) H[k] *= L;
+}
+/* >>elimination ===========================================================================
+   A Newton step J dz = -F of an island. Each patch's unknowns are eliminated by themselves, with
+   complete pivoting, in its block
+
+       [ own rows     x own unknowns | velocities of A and B | right-hand side ]
+       [ momentum rows of A and B                                              ]
+
+   What cannot be pivoted there (the tangential place of an ECP on a face, impulses of a closed
+   contact: the block is singular in ordinary states) is passed on to the bodies' front, where the
+   rows that are left constrain the velocities and the unknowns that are left are forces:
+
+       [ M  B ] [ dv ]   [ b ]
+       [ C  0 ] [ dx ] = [ c ]                                                             */
+
+/* unknowns of geometry move ECPs, those of impulse do not: the least step counts them differently */
+enum { ECP_I_GEOMETRY = 1, ECP_I_IMPULSE = 2 };
+
+/* how much dearer moving an ECP by L is than changing an impulse by its unit */
+#define ECP_I_ECP_WEIGHT ECP_R(100.0)
+
+static void ecp_i_change_ecp(const ecp_i_pair *c, const ecp_real da[3], ecp_i_change *t)
+{
+    ecp_real dr[3], dcone[3], turned[3];
+    ecp_i_mul(c->Qa, da, dr);
+    ecp_i_scale(c->L, dr, dr);
+    ecp_i_axpy(t->ra, 1, dr, t->ra);
+    ecp_i_axpy(t->rb, 1, dr, t->rb);
+    ecp_i_add_cross(c->spin, dr, t->v);
+    ecp_i_mul(c->Ha, da, dcone);
+    if (c->plane) {
+        ecp_i_axpy(t->rows, 1, dcone, t->rows);
+    } else {
+        ecp_i_mul(c->Qa, dcone, turned);
+        ecp_i_axpy(t->n, 1, turned, t->n);
+    }
+}
+
+/* a change of the cone sum l_i grad f_i, in the frame of A */
+static void ecp_i_change_cone(const ecp_i_pair *c, const ecp_real dcone[3], ecp_i_change *t)
+{
+    ecp_real turned[3];
+    if (c->plane) {
+        ecp_i_axpy(t->rows, 1, dcone, t->rows);
+    } else {
+        ecp_i_mul(c->Qa, dcone, turned);
+        ecp_i_axpy(t->n, 1, turned, t->n);
+    }
+}
+
+/* dv: a scaled velocity change of one of the two bodies */
+static void ecp_i_change_motion(const ecp_i_pair *c, const ecp_i_motion *m, ecp_real h,
+                                const ecp_real dv[6], ecp_i_change *t)
+{
+    ecp_real w[3], turn[3], dr[3], local[3], u[3];
+    ecp_real sign = m == c->ma ? ECP_R(1) : ECP_R(-1);
+    ecp_i_scale(m->speed / m->length, dv + 3, w);
+    ecp_i_mul(m->J, w, turn);
+    ecp_i_axpy(t->spin, sign, w, t->spin);
+    ecp_i_axpy(t->v, sign * m->speed, dv, t->v);
+    ecp_i_scale(sign * h * m->speed, dv, dr); /* of x_A - x_B */
+    if (m == c->ma) {
+        ecp_i_cross(turn, c->ra, u);
+        ecp_i_axpy(t->ra, 1, u, t->ra);
+        ecp_i_axpy(dr, 1, u, dr);
+        ecp_i_add_cross(w, c->ra, t->v);
+        ecp_i_add_cross(c->ma->v + 3, u, t->v);
+        ecp_i_cross(turn, c->n, u);
+        if (c->plane) {
+            ecp_i_mul_t(c->Qa, u, local);
+            ecp_i_axpy(t->rows, 1, local, t->rows);
+        } else {
+            ecp_i_axpy(t->n, 1, u, t->n);
+        }
+    } else {
+        ecp_i_cross(c->rb, w, u);
+        ecp_i_axpy(t->v, 1, u, t->v);
+        ecp_i_axpy(t->turn_b, 1, turn, t->turn_b);
+    }
+    ecp_i_axpy(t->rb, 1, dr, t->rb);
+    ecp_i_cross(dr, c->mb->v + 3, u);
+    ecp_i_axpy(t->v, 1, u, t->v);
+}
+
+/* one column for each own unknown and each velocity of a dynamic body */
+static void ecp_i_block_columns(ecp_i_pair *c, ecp_real h)
+{
+    ecp_i_change t;
+    int i, k, side, column = 0, first = c->plane ? 3 : 4, ld = c->columns;
+    for (k = 0; k < 3; k++, column++) {
+        ecp_real unit[3] = {0, 0, 0};
+        unit[k] = 1;
+        ECPSIM_MEMSET(&t, 0, sizeof t);
+        ecp_i_change_ecp(c, unit, &t);
+        ecp_i_column(c, &t, h, c->block + column);
+        for (i = 0; i < c->kl; i++) {
+            int j = c->active_a[i];
+            c->block[ld * (first + i) + column] = -c->slope_a[j] * c->ga[3 * j + k];
+        }
+    }
+    for (i = 0; i < c->kl; i++, column++) {
+        ECPSIM_MEMSET(&t, 0, sizeof t);
+        ecp_i_change_cone(c, c->ga + 3 * c->active_a[i], &t);
+        ecp_i_column(c, &t, h, c->block + column);
+        c->block[ld * (first + i) + column] = c->fixed_a[c->active_a[i]];
+    }
+    if (!c->plane) {
+        ECPSIM_MEMSET(&t, 0, sizeof t);
+        t.d = h * c->V;
+        ecp_i_column(c, &t, h, c->block + column++);
+    }
+    for (i = 0; i < c->km; i++, column++) {
+        ECPSIM_MEMSET(&t, 0, sizeof t);
+        ecp_i_copy3(c->gb + 3 * c->active_b[i], t.rows);
+        ecp_i_column(c, &t, h, c->block + column);
+        c->block[ld * (first + c->kl + i) + column] += c->fixed_b[c->active_b[i]];
+    }
+    for (i = 0; i <= c->nf; i++, column++) {
+        ECPSIM_MEMSET(&t, 0, sizeof t);
+        t.p[i] = 1;
+        ecp_i_column(c, &t, h, c->block + column);
+    }
+    for (side = 0; side < 2; side++) {
+        const ecp_i_motion *m = side ? c->mb : c->ma;
+        for (i = 0; m->dynamic && i < 6; i++, column++) {
+            ecp_real unit[6] = {0, 0, 0, 0, 0, 0};
+            unit[i] = 1;
+            ECPSIM_MEMSET(&t, 0, sizeof t);
+            ecp_i_change_motion(c, m, h, unit, &t);
+            ecp_i_column(c, &t, h, c->block + column);
+        }
+    }
+}
+
+/* The displacement that the rule ECP_CENTRED would like, in the patch's unknowns: the ECP to the
+   primitive's centre, impulses to zero. */
+static void ecp_i_target(const ecp_i_pair *c, const ecp_real *y, ecp_real da[3], ecp_real dp[4])
+{
+    int k;
+    for (k = 0; k < 3; k++) da[k] = c->a->shape.centre[k] / c->L - y[k];
+    for (k = 0; k <= c->nf; k++) dp[k] = -c->p[k];
+}
+
+/* Fills the block at the point of the last evaluation and eliminates what can be. F: the patch's
+   rows. With `centring` the unknowns are counted from the target, so that the least step is the one
+   that ends nearest to it. */
+static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F, ecp_real h,
+                             int centring)
+{
+    ecp_real a[3], shift_a[3], shift_b[3] = {0, 0, 0}, da[3], *rhs;
+    ecp_real kink = centring ? ecp_i_sqrt(ECP_I_EPSILON) : ECP_R(0);
+    ecp_i_change t;
+    int i, k, rows, row, bodies = c->ma->dynamic + c->mb->dynamic;
+    ecp_i_scale(c->L, y, a);
+    ecp_i_hessian(&c->a->shape, a, y + 3, c->L, c->Ha);
+    c->kl = ecp_i_condense(c->nl, y + 3, c->fa, c->ga, c->L, c->tau, kink, c->fixed_a, c->slope_a,
+                           c->active_a, c->Ha, shift_a);
+    c->km = 0;
+    if (!c->plane) {
+        const ecp_real *m = y + ecp_i_at_m(c);
+        ecp_i_hessian(&c->b->shape, c->b_local, m, c->L, c->Hb);
+        c->km = ecp_i_condense(c->nm, m, c->fb, c->gb, c->L, c->tau, kink, c->fixed_b, c->slope_b,
+                               c->active_b, c->Hb, shift_b);
+    }
+    c->ny = 4 + c->kl + c->nf + (c->plane ? 0 : 1 + c->km);
+    rows = c->ny + 6 * bodies;
+    c->columns = rows + 1;
+    ECPSIM_MEMSET(c->block, 0, (size_t)(rows * c->columns) * sizeof(ecp_real));
+    ecp_i_block_columns(c, h);
+
+    /* right-hand side: -F, less what the eliminated multipliers and the target change */
+    rhs = c->block + rows;
+    ECPSIM_MEMSET(&t, 0, sizeof t);
+    ecp_i_change_cone(c, shift_a, &t);
+    if (centring) {
+        ecp_i_target(c, y, da, t.p);
+        ecp_i_change_ecp(c, da, &t);
+    }
+    ecp_i_axpy(t.rows, 1, shift_b, t.rows);
+    ecp_i_column(c, &t, h, rhs);
+    row = c->plane ? 3 : 4;
+    for (i = 0; centring && i < c->kl; i++) {
+        int j = c->active_a[i];
+        rhs[c->columns * (row + i)] = -c->slope_a[j] * ecp_i_dot(c->ga + 3 * j, da);
+    }
+    for (i = 0; i < rows; i++) rhs[c->columns * i] = -rhs[c->columns * i];
+    for (i = 0; i < row; i++) rhs[c->columns * i] -= F[i];
+    for (i = 0; i < c->kl; i++) rhs[c->columns * row++] -= F[(c->plane ? 3 : 4) + c->active_a[i]];
+    for (i = 0; i < c->km; i++) rhs[c->columns * row++] -= F[4 + c->nl + c->active_b[i]];
+    for (k = 0; k <= c->nf; k++) rhs[c->columns * row++] -= F[ecp_i_at_p(c) + k];
+}
+
+/* geometry by geometry, impulses by impulses, and then what is left of either by the other */
+static void ecp_i_block_eliminate(ecp_i_pair *c)
+{
+    static const int masks[3] = {ECP_I_GEOMETRY, ECP_I_IMPULSE, ECP_I_GEOMETRY | ECP_I_IMPULSE};
+    ecp_real tolerance = ecp_i_sqrt(ECP_I_EPSILON) / 4;
+    int i, stage, rows = c->columns - 1;
+    for (i = 0; i < c->ny; i++) {
+        c->row_order[i] = c->col_order[i] = i;
+        c->row_tag[i] = c->col_tag[i] = i < c->ny - 1 - c->nf ? ECP_I_GEOMETRY : ECP_I_IMPULSE;
+    }
+    c->pivots = 0;
+    for (stage = 0; stage < 3; stage++) {
+        c->pivots = ecp_eliminate(c->block, c->columns, rows, c->columns, c->ny, c->ny, c->pivots,
+                                  masks[stage], tolerance, c->row_tag, c->col_tag, c->row_order,
+                                  c->col_order);
+    }
+}
+
+/* From the velocity changes dv (of A and B, scaled) and the values `left` of the unknowns passed on:
+   the step dy of all the patch's unknowns. */
+static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real *dv_a,
+                                const ecp_real *dv_b, const ecp_real *left, ecp_real h, int centring,
+                                ecp_real *dy)
+{
+    ecp_real *x = c->block + c->columns * c->ny; /* the momentum rows are done with */
+    ecp_real db[3], target_a[3], target_p[4], cone[3];
+    const ecp_real *v;
+    ecp_i_change t;
+    int i, j, k, ld = c->columns, n = c->ny, side, column;
+    /* solved in the order of the columns, then put where they belong */
+    for (k = n - 1; k >= 0; k--) {
+        const ecp_real *row = c->block + ld * k;
+        ecp_real sum;
+        if (k >= c->pivots) {
+            x[k] = left[k - c->pivots];
+            continue;
+        }
+        sum = row[ld - 1];
+        for (j = k + 1; j < n; j++) sum -= row[j] * x[j];
+        column = n;
+        for (side = 0; side < 2; side++) {
+            if (!(side ? c->mb : c->ma)->dynamic) continue;
+            v = side ? dv_b : dv_a;
+            for (j = 0; j < 6; j++) sum -= row[column++] * v[j];
+        }
+        x[k] = sum / row[k];
+    }
+    for (k = 0; k < n; k++) {
+        i = c->col_order[k];
+        if (i < 3) {
+            dy[i] = x[k];
+        } else if (i < 3 + c->kl) {
+            dy[3 + c->active_a[i - 3]] = x[k];
+        } else if (i >= n - 1 - c->nf) {
+            dy[ecp_i_at_p(c) + i - (n - 1 - c->nf)] = x[k];
+        } else if (i == 3 + c->kl) {
+            dy[ecp_i_at_d(c)] = x[k];
+        } else {
+            dy[ecp_i_at_m(c) + c->active_b[i - 4 - c->kl]] = x[k];
+        }
+    }
+    if (centring) {
+        ecp_i_target(c, y, target_a, target_p);
+        ecp_i_axpy(dy, 1, target_a, dy);
+        for (k = 0; k <= c->nf; k++) dy[ecp_i_at_p(c) + k] += target_p[k];
+    }
+    /* the multipliers that were eliminated before */
+    for (i = 0, k = 0; i < c->nl; i++) {
+        if (k < c->kl && c->active_a[k] == i) {
+            k++;
+        } else {
+            dy[3 + i] = c->fixed_a[i] + c->slope_a[i] * ecp_i_dot(c->ga + 3 * i, dy);
+        }
+    }
+    if (c->plane) return;
+    ECPSIM_MEMSET(&t, 0, sizeof t);
+    ecp_i_set3(0, 0, 0, cone);
+    for (i = 0, k = 0; i < c->nl; i++) {
+        int kept = k < c->kl && c->active_a[k] == i;
+        ecp_i_axpy(cone, kept ? dy[3 + i] : c->fixed_a[i], c->ga + 3 * i, cone);
+        k += kept;
+    }
+    ecp_i_change_ecp(c, dy, &t);
+    ecp_i_change_cone(c, cone, &t);
+    if (c->ma->dynamic) ecp_i_change_motion(c, c->ma, h, dv_a, &t);
+    if (c->mb->dynamic) ecp_i_change_motion(c, c->mb, h, dv_b, &t);
+    t.d = h * c->V * dy[ecp_i_at_d(c)];
+    ecp_i_change_of_b(c, &t, db);
+    for (i = 0, k = 0; i < c->nm; i++) {
+        if (k < c->km && c->active_b[k] == i) {
+            k++;
+        } else {
+            dy[ecp_i_at_m(c) + i] = c->fixed_b[i] + c->slope_b[i] * ecp_i_dot(c->gb + 3 * i, db);
+        }
+    }
+}
+
+/* >>front: [M B; C 0] of an island. n velocities, K constraints and K forces left over. */
+
+typedef struct ecp_i_front {
+    int n, K;
+    ecp_real *M, *b;         /* n x n, n */
+    ecp_real *C, *c;         /* K x n, K */
+    ecp_real *Bt, *x;        /* B^T, K x n; the forces, K */
+    ecp_real *weight;        /* K: what a unit of x costs in the least step */
+    ecp_real *work, *v;      /* n (n + 1), n: the permuted M, and the velocities */
+    ecp_real *tau_c, *tau_b; /* n each */
+    ecp_real *square, *rhs, *least; /* n n, n, ECP_LEAST_SQUARES_WORK(n, n) */
+    int *piv_c, *piv_b, *ints; /* n, n, 2 n */
+} ecp_i_front;
+
+/* The solution of a null-space method by orthogonal steps, ranks found on the way:
+     C P = Q R              the first rank_c velocities follow from the others,
+     (B W)^T P' = Q' R'     rank_b combinations of the forces, each with its momentum row; the other
+                            combinations do nothing: the least step leaves them at zero,
+   and what is left of the momentum rows gives the other velocities, by least squares where the two
+   ranks differ. Returns the number of combinations of forces that do nothing. */
+static int ecp_i_front_solve(ecp_i_front *f)
+{
+    int n = f->n, K = f->K, i, j, k, rank_c, rank_b, ld = n + 1;
+    ecp_real tolerance = 4096 * ECP_I_EPSILON, *W = f->work;
+    for (i = 0; i < K; i++) {
+        ecp_real *row = f->C + n * i, size = 0;
+        for (j = 0; j < n; j++) size = ecp_i_max(size, ecp_i_abs(row[j]));
+        for (j = 0; size > 0 && j < n; j++) row[j] /= size;
+        if (size > 0) f->c[i] /= size;
+        for (j = 0; j < n; j++) f->Bt[n * i + j] /= f->weight[i];
+    }
+    rank_c = ecp_qr_factor(K, n, f->C, n, f->tau_c, f->piv_c, tolerance);
+    ecp_qr_apply_qt(K, rank_c, f->C, n, f->tau_c, f->c);
+    rank_b = ecp_qr_factor(K, n, f->Bt, n, f->tau_b, f->piv_b, tolerance);
+    for (i = 0; i < n; i++) {
+        for (j = 0; j < n; j++) W[ld * i + j] = f->M[n * f->piv_b[i] + f->piv_c[j]];
+        W[ld * i + n] = f->b[f->piv_b[i]];
+    }
+    /* B = (R')^T (Q')^T is lower triangular: forward elimination of the forces */
+    for (k = 0; k < rank_b; k++) {
+        for (i = k + 1; i < n; i++) {
+            ecp_real factor = f->Bt[n * k + i] / f->Bt[n * k + k];
+            for (j = 0; j <= n; j++) W[ld * i + j] -= factor * W[ld * k + j];
+        }
+    }
+    /* R := R11^-1 [R12 c], so that v1 = c - R12 v2 */
+    for (i = rank_c - 1; i >= 0; i--) {
+        for (j = rank_c; j <= n; j++) {
+            ecp_real *at = j < n ? f->C + n * i + j : f->c + i;
+            for (k = i + 1; k < rank_c; k++) {
+                *at -= f->C[n * i + k] * (j < n ? f->C[n * k + j] : f->c[k]);
+            }
+            *at /= f->C[n * i + i];
+        }
+    }
+    for (i = rank_b; i < n; i++) {
+        f->rhs[i - rank_b] = W[ld * i + n];
+        for (k = 0; k < rank_c; k++) f->rhs[i - rank_b] -= W[ld * i + k] * f->c[k];
+        for (j = rank_c; j < n; j++) {
+            ecp_real sum = W[ld * i + j];
+            for (k = 0; k < rank_c; k++) sum -= W[ld * i + k] * f->C[n * k + j];
+            f->square[n * (i - rank_b) + j - rank_c] = sum;
+        }
+    }
+    /* v in the order of piv_c, then x */
+    for (j = rank_c; j < n; j++) f->v[j] = 0;
+    if (rank_c < n && rank_b < n) {
+        ecp_least_squares(n - rank_b, n - rank_c, f->square, n, f->rhs, f->v + rank_c, f->least,
+                          f->ints, tolerance);
+    }
+    for (i = 0; i < rank_c; i++) {
+        f->v[i] = f->c[i];
+        for (j = rank_c; j < n; j++) f->v[i] -= f->C[n * i + j] * f->v[j];
+    }
+    for (i = 0; i < K; i++) f->x[i] = 0;
+    for (i = 0; i < rank_b; i++) {
+        f->x[i] = W[ld * i + n];
+        for (j = 0; j < n; j++) f->x[i] -= W[ld * i + j] * f->v[j];
+        f->x[i] /= f->Bt[n * i + i];
+    }
+    ecp_qr_apply_q(K, rank_b, f->Bt, n, f->tau_b, f->x);
+    for (i = 0; i < K; i++) f->x[i] /= f->weight[i];
+    for (j = 0; j < n; j++) f->rhs[f->piv_c[j]] = f->v[j];
+    for (j = 0; j < n; j++) f->v[j] = f->rhs[j];
+    return K - rank_b;
+}
+
+/* >>island: the problem of a group of bodies that touch */
+
+typedef struct ecp_i_island {
+    ecp_i_motion *motions;    /* of all bodies */
+    int *bodies, body_count;  /* indices of the island's dynamic bodies */
+    ecp_i_pair **pairs;
+    int pair_count, unknowns;
+    ecp_real h, noise;        /* noise: velocities, scaled, that count as zero in a warm start */
+    const ecp_world *world;
+    int centring, free_moves; /* free_moves: unknowns that the last step left at the least norm */
+    ecp_i_front front;
+} ecp_i_island;
+
+/* Adds a patch's eliminated block to the front: what is left of its own rows and columns, and its
+   share of the momentum rows. */
+static void ecp_i_assemble(ecp_i_front *f, const ecp_i_pair *c, int slot_a, int slot_b)
+{
+    int i, j, k, side, other, ld = c->columns, left = c->ny - c->pivots, at[2], slot[2];
+    const ecp_real *A = c->block;
+    at[0] = c->ny;
+    at[1] = c->ny + (c->ma->dynamic ? 6 : 0);
+    slot[0] = slot_a;
+    slot[1] = slot_b;
+    for (i = 0; i < left; i++) {
+        int row = c->pivots + i, K = f->K + i;
+        for (j = 0; j < f->n; j++) f->C[f->n * K + j] = f->Bt[f->n * K + j] = 0;
+        f->c[K] = A[ld * row + ld - 1];
+        f->weight[K] = c->col_tag[row] == ECP_I_GEOMETRY ? ECP_I_ECP_WEIGHT : ECP_R(1);
+        for (side = 0; side < 2; side++) {
+            for (k = 0; slot[side] >= 0 && k < 6; k++) {
+                f->C[f->n * K + slot[side] + k] = A[ld * row + at[side] + k];
+                f->Bt[f->n * K + slot[side] + k] = A[ld * (at[side] + k) + row];
+            }
+        }
+    }
+    f->K += left;
+    for (side = 0; side < 2; side++) {
+        for (k = 0; slot[side] >= 0 && k < 6; k++) {
+            const ecp_real *row = A + ld * (at[side] + k);
+            f->b[slot[side] + k] += row[ld - 1];
+            for (other = 0; other < 2; other++) {
+                for (j = 0; slot[other] >= 0 && j < 6; j++) {
+                    f->M[f->n * (slot[side] + k) + slot[other] + j] += row[at[other] + j];
+                }
+            }
+        }
+    }
+}
+
+/* F at z = (six scaled velocity changes a body, then the patches), and the largest |F_i| above its
+   rounding floor. */
+static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real tau, ecp_real *F)
+{
+    ecp_i_island *s = (ecp_i_island *)self;
+    ecp_real worst = 0, dv[6];
+    int i, k, r;
+    for (i = 0; i < s->body_count; i++) {
+        ecp_i_motion *m = s->motions + s->bodies[i];
+        for (k = 0; k < 6; k++) dv[k] = z[6 * i + k] * (k < 3 ? m->speed : m->speed / m->length);
+        ecp_i_move(m, s->h, dv);
+        for (k = 0; k < 3; k++) m->residual[k] = m->mass * dv[k] - m->kick[k];
+        ecp_i_mul(m->inertia, dv + 3, m->residual + 3);
+        ecp_i_sub(m->residual + 3, m->kick + 3, m->residual + 3);
+        m->floor[0] = ecp_i_norm(m->kick);
+        m->floor[1] = ecp_i_norm(m->kick + 3);
+    }
+    for (i = 0; i < s->pair_count; i++) {
+        ecp_i_pair *c = s->pairs[i];
+        int gap = c->at + ecp_i_at_p(c);
+        c->tau = tau;
+        ecp_i_pair_evaluate(c, z + c->at, s->h);
+        ecp_i_pair_residual(c, z + c->at, s->h, F + c->at);
+        if (c->ma->dynamic) ecp_i_wrench(c, c->ma, c->ra, 1);
+        if (c->mb->dynamic) ecp_i_wrench(c, c->mb, c->rb, -1);
+        for (r = c->at; r < c->at + c->count; r++) {
+            ecp_real size = ecp_i_abs(F[r]);
+            if (r == gap) size -= c->d_noise / (s->h * c->V);
+            if (!(size <= worst)) worst = size;
+        }
+    }
+    for (i = 0; i < s->body_count; i++) {
+        ecp_i_motion *m = s->motions + s->bodies[i];
+        ecp_real unit = m->mass * m->speed;
+        for (k = 0; k < 6; k++) {
+            ecp_real scale = k < 3 ? unit : unit * m->length, size;
+            F[6 * i + k] = m->residual[k] / scale;
+            size = ecp_i_abs(F[6 * i + k]) - 16 * ECP_I_EPSILON * m->floor[k / 3] / scale;
+            if (!(size <= worst)) worst = size;
+        }
+    }
+    return worst;
+}
+
+/* The Newton step at the point of the last residual. Returns 0 if it is not finite. */
+static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, ecp_real *dz)
+{
+    ecp_i_island *s = (ecp_i_island *)self;
+    ecp_i_front *f = &s->front;
+    int i, j, k, left = 0;
+    f->n = 6 * s->body_count;
+    f->K = 0;
+    ECPSIM_MEMSET(f->M, 0, (size_t)(f->n * f->n) * sizeof(ecp_real));
+    for (i = 0; i < s->body_count; i++) {
+        const ecp_i_motion *m = s->motions + s->bodies[i];
+        ecp_real unit = m->mass * m->length * m->length;
+        for (k = 0; k < 3; k++) {
+            f->M[f->n * (6 * i + k) + 6 * i + k] = 1;
+            for (j = 0; j < 3; j++) {
+                f->M[f->n * (6 * i + 3 + k) + 6 * i + 3 + j] = m->inertia[3 * k + j] / unit;
+            }
+        }
+        for (k = 0; k < 6; k++) f->b[6 * i + k] = -F[6 * i + k];
+    }
+    for (i = 0; i < s->pair_count; i++) {
+        ecp_i_pair *c = s->pairs[i];
+        ecp_i_block_fill(c, z + c->at, F + c->at, s->h, s->centring);
+        ecp_i_block_eliminate(c);
+        ecp_i_assemble(f, c, c->ma->dynamic ? c->ma->at : -1, c->mb->dynamic ? c->mb->at : -1);
+    }
+    s->free_moves = ecp_i_front_solve(f);
+    for (i = 0; i < f->n; i++) dz[i] = f->v[i];
+    for (i = 0; i < s->pair_count; i++) {
+        ecp_i_pair *c = s->pairs[i];
+        ecp_i_block_recover(c, z + c->at, f->v + (c->ma->dynamic ? c->ma->at : 0),
+                            f->v + (c->mb->dynamic ? c->mb->at : 0), f->x + left,
+                            s->h, s->centring, dz + c->at);
+        left += c->ny - c->pivots;
+    }
+    return ecp_i_all_finite(s->unknowns, dz);
+}
+/* >>newton ================================================================================
+   The one globalisation: damped Newton on the semismooth system F(z) = 0, for the step's problem
+   and for ecp_mcp_solve alike. */
+
+typedef struct ecp_i_problem {
+    void *self;
+    int n;
+    /* F[n] at z, smoothed by tau; returns the largest |F_i| above its rounding floor */
+    ecp_real (*residual)(void *self, const ecp_real *z, ecp_real tau, ecp_real *F);
+    /* the Newton step at the z of the last residual; 0: none */
+    int (*step)(void *self, const ecp_real *z, const ecp_real *F, ecp_real *dz);
+    /* the k-th start (0: warm, 1: geometric, then disturbed ones); 0: no more */
+    int (*start)(void *self, int k, ecp_real *z);
+    ecp_real *F, *dz, *trial; /* n each */
+} ecp_i_problem;
+
+typedef struct ecp_i_effort {
+    int iterations, evaluations, fallbacks;
+} ecp_i_effort;
+
+static ecp_real ecp_i_merit(int n, const ecp_real *F)
+{
+    ecp_real sum = 0;
+    int i;
+    for (i = 0; i < n; i++) sum += F[i] * F[i];
+    return sum / 2;
+}
+
+static ecp_real ecp_i_largest(int n, const ecp_real *F)
+{
+    ecp_real worst = 0;
+    int i;
+    for (i = 0; i < n; i++) {
+        if (!(ecp_i_abs(F[i]) <= worst)) worst = ecp_i_abs(F[i]);
+    }
+    return worst;
+}
+
+/* how far below the tolerance Newton aims, and a warm start has to be to need no iteration */
+#define ECP_I_AIM ECP_R(1e3)
+#define ECP_I_CONTENT ECP_R(1e2)
+
+/* how many of the last merits a new one may compare itself with */
+#define ECP_I_MEMORY 4
+
+/* Newton from z, with a non-monotone Armijo line search on |F|^2 / 2. Returns 1 with z solved to
+   the tolerance, or 0. It aims at rounding, and is content with the tolerance, or with a rounding
+   floor above it, only where another iteration does not halve the residual: what one step misses is
+   missed again by the warm start of the next, and adds up. A start below `content` is left as it
+   is. */
+static int ecp_i_newton(const ecp_i_problem *p, ecp_real content, ecp_real tolerance, int limit,
+                        ecp_real tau, ecp_real *z, ecp_i_effort *effort)
+{
+    ecp_real merits[ECP_I_MEMORY], error, largest, before, best, merit, t;
+    int i, k;
+    error = p->residual(p->self, z, tau, p->F);
+    effort->evaluations++;
+    if (error <= content) return 1;
+    largest = ecp_i_largest(p->n, p->F);
+    for (k = 0; k < ECP_I_MEMORY; k++) merits[k] = ecp_i_merit(p->n, p->F);
+    for (k = 0; k < limit; k++) {
+        if (!p->step(p->self, z, p->F, p->dz)) return 0;
+        effort->iterations++;
+        best = merits[0];
+        for (i = 1; i < ECP_I_MEMORY; i++) best = ecp_i_max(best, merits[i]);
+        before = largest;
+        for (t = 1;; t /= 2) {
+            if (t < ECP_R(1e-3)) return 0;
+            for (i = 0; i < p->n; i++) p->trial[i] = z[i] + t * p->dz[i];
+            error = p->residual(p->self, p->trial, tau, p->F);
+            effort->evaluations++;
+            merit = ecp_i_merit(p->n, p->F);
+            if (error <= tolerance || merit <= (1 - ECP_R(2e-4) * t) * best) break;
+        }
+        ECPSIM_MEMCPY(z, p->trial, (size_t)p->n * sizeof(ecp_real));
+        largest = ecp_i_largest(p->n, p->F);
+        if (largest <= tolerance / ECP_I_AIM) return 1;
+        if (error <= tolerance && 2 * largest > before) return 1;
+        merits[k % ECP_I_MEMORY] = merit;
+    }
+    return error <= tolerance;
+}
+
+/* Follows the solution of the smoothed equations from tau = 1 to 1e-5, then solves the true ones. */
+static int ecp_i_continue(const ecp_i_problem *p, ecp_real tolerance, int limit, ecp_real *z,
+                          ecp_i_effort *effort)
+{
+    ecp_real tau;
+    effort->fallbacks |= ECP_FALLBACK_CONTINUATION;
+    for (tau = 1; tau > ECP_R(1e-5); tau /= 4) {
+        ecp_i_newton(p, 0, ecp_i_max(tau / 100, tolerance), limit, tau, z, effort);
+        if (!ecp_i_all_finite(p->n, z)) return 0;
+    }
+    return ecp_i_newton(p, 0, tolerance, limit, 0, z, effort);
+}
+
+/* The chain of attempts, each from its own start: plain Newton, then continuation. */
+static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *options, ecp_real *z,
+                       ecp_i_effort *effort)
+{
+    int k, limit = options->max_iterations;
+    for (k = 0; p->start(p->self, k, z); k++) {
+        if (k == 1 && !(options->fallbacks & ECP_FALLBACK_GEOMETRIC)) continue;
+        if (k > 1 && !(options->fallbacks & ECP_FALLBACK_MULTISTART)) break;
+        if (k == 1) effort->fallbacks |= ECP_FALLBACK_GEOMETRIC;
+        if (k > 1) effort->fallbacks |= ECP_FALLBACK_MULTISTART;
+        if (ecp_i_newton(p, options->tolerance / ECP_I_CONTENT, options->tolerance, limit, 0, z,
+                         effort)) {
+            return 1;
+        }
+        if (k == 0 || !(options->fallbacks & ECP_FALLBACK_CONTINUATION)) continue;
+        p->start(p->self, k, z);
+        if (ecp_i_continue(p, options->tolerance, limit, z, effort)) return 1;
+    }
+    return 0;
+}
+
+ECP_DEF ecp_options ecp_options_default(void)
+{
+    ecp_options o;
+    o.rule = ECP_CENTRED;
+#ifdef ECPSIM_FLOAT
+    o.tolerance = ECP_R(1e-5);
+#else
+    o.tolerance = ECP_R(1e-12);
+#endif
+    o.max_iterations = 40;
+    o.fallbacks = ECP_FALLBACK_GEOMETRIC | ECP_FALLBACK_CONTINUATION | ECP_FALLBACK_MULTISTART;
+    return o;
+}
+
+static ecp_status ecp_i_check_options(const ecp_options *o)
+{
+    if (!ecp_i_finite(o->tolerance)) return ECP_NOT_FINITE;
+    if (!(o->tolerance > 0) || o->max_iterations < 1 || o->fallbacks < 0 || o->fallbacks > 7) {
+        return ECP_BAD_OPTION;
+    }
+    return o->rule == ECP_CENTRED || o->rule == ECP_NEAREST ? ECP_OK : ECP_BAD_OPTION;
+}
+
+/* >>mcp: the general problem, dense */
+
+typedef struct ecp_i_mcp {
+    const ecp_mcp *problem;
+    ecp_real *value, *J, *slope, *rhs, *work, *z0;
+    int *ints;
+    ecp_real tau;
+} ecp_i_mcp;
+
+static ecp_real ecp_i_mcp_residual(void *self, const ecp_real *z, ecp_real tau, ecp_real *F)
+{
+    ecp_i_mcp *s = (ecp_i_mcp *)self;
+    ecp_real worst = 0, da, db;
+    int i, n = s->problem->n, size = n + s->problem->m;
+    s->problem->function(s->problem->user, z, s->value);
+    s->tau = tau;
+    for (i = 0; i < size; i++) {
+        F[i] = i < n ? s->value[i] : ecp_i_fb(z[i], s->value[i], tau, &da, &db);
+        if (!(ecp_i_abs(F[i]) <= worst)) worst = ecp_i_abs(F[i]);
+    }
+    return worst;
+}
+
+/* rows da e_i + db grad F_i; the least step where they are dependent */
+static int ecp_i_mcp_step(void *self, const ecp_real *z, const ecp_real *F, ecp_real *dz)
+{
+    ecp_i_mcp *s = (ecp_i_mcp *)self;
+    ecp_real da, db;
+    int i, j, n = s->problem->n, size = n + s->problem->m;
+    s->problem->function(s->problem->user, z, s->value);
+    s->problem->jacobian(s->problem->user, z, s->J);
+    for (i = 0; i < size; i++) {
+        s->rhs[i] = -F[i];
+        if (i < n) continue;
+        ecp_i_fb(z[i], s->value[i], s->tau, &da, &db);
+        for (j = 0; j < size; j++) s->J[size * i + j] *= db;
+        s->J[size * i + i] += da;
+    }
+    if (!ecp_i_all_finite(size * size, s->J)) return 0;
+    ecp_least_squares(size, size, s->J, size, s->rhs, dz, s->work, s->ints, 64 * ECP_I_EPSILON);
+    return ecp_i_all_finite(size, dz);
+}
+
+/* the caller's start; after it, starts disturbed by a fixed sequence (a linear congruence) that
+   grows from once to 32 times the start's size */
+static int ecp_i_mcp_start(void *self, int k, ecp_real *z)
+{
+    ecp_i_mcp *s = (ecp_i_mcp *)self;
+    int i, size = s->problem->n + s->problem->m;
+    unsigned seed = 12345u + 7919u * (unsigned)k;
+    ecp_real reach = ECP_R(0.5);
+    if (k > 7) return 0;
+    for (i = 2; i < k; i++) reach *= 2;
+    for (i = 0; i < size; i++) {
+        seed = (seed * 1103515245u + 12345u) & 0x7fffffffu;
+        z[i] = s->z0[i];
+        if (k < 2) continue;
+        z[i] += reach * (1 + ecp_i_abs(z[i])) * ((ecp_real)(seed >> 15) / ECP_R(32768.0) - ECP_R(0.5));
+        if (i >= s->problem->n) z[i] = ecp_i_max(z[i], 0);
+    }
+    return 1;
+}
+
+static void ecp_i_carve_mcp(ecp_i_arena *arena, int size, ecp_i_mcp *s, ecp_i_problem *p,
+                            ecp_real **z)
+{
+    s->value = ecp_i_take_reals(arena, size);
+    s->J = ecp_i_take_reals(arena, size * size);
+    s->rhs = ecp_i_take_reals(arena, size);
+    s->work = ecp_i_take_reals(arena, ECP_LEAST_SQUARES_WORK(size, size));
+    s->z0 = ecp_i_take_reals(arena, size);
+    s->ints = ecp_i_take_ints(arena, 2 * size);
+    p->F = ecp_i_take_reals(arena, size);
+    p->dz = ecp_i_take_reals(arena, size);
+    p->trial = ecp_i_take_reals(arena, size);
+    *z = ecp_i_take_reals(arena, size);
+}
+
+ECP_DEF size_t ecp_mcp_memsize(int n, int m)
+{
+    ecp_i_arena arena = {NULL, 0, 0, 0, 0};
+    ecp_i_mcp s;
+    ecp_i_problem p;
+    ecp_real *z;
+    if (n < 0 || m < 0 || n + m < 1 || n > 10000 || m > 10000) return 0;
+    ecp_i_carve_mcp(&arena, n + m, &s, &p, &z);
+    return arena.used;
+}
+
+ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *options, ecp_real *z,
+                                 void *mem, size_t bytes, ecp_mcp_report *report)
+{
+    ecp_options o = ecp_options_default();
+    ecp_i_arena arena = {NULL, 0, 0, 0, 0};
+    ecp_i_effort effort = {0, 0, 0};
+    ecp_i_mcp s;
+    ecp_i_problem p;
+    ecp_real *work;
+    ecp_status status;
+    size_t need;
+    int size, solved;
+    if (!problem || !z || !mem || !problem->function || !problem->jacobian) return ECP_BAD_POINTER;
+    need = ecp_mcp_memsize(problem->n, problem->m);
+    if (need == 0) return ECP_BAD_OPTION;
+    if (((size_t)mem & 7) != 0) return ECP_MEMORY_ALIGN;
+    if (bytes < need) return ECP_MEMORY_SMALL;
+    if (options) o = *options;
+    status = ecp_i_check_options(&o);
+    if (status != ECP_OK) return status;
+    size = problem->n + problem->m;
+    if (!ecp_i_all_finite(size, z)) return ECP_NOT_FINITE;
+    arena.base = (unsigned char *)mem;
+    arena.size = bytes;
+    ecp_i_carve_mcp(&arena, size, &s, &p, &work);
+    s.problem = problem;
+    p.self = &s;
+    p.n = size;
+    p.residual = ecp_i_mcp_residual;
+    p.step = ecp_i_mcp_step;
+    p.start = ecp_i_mcp_start;
+    ECPSIM_MEMCPY(s.z0, z, (size_t)size * sizeof(ecp_real));
+    solved = ecp_i_solve(&p, &o, work, &effort);
+    if (solved) ECPSIM_MEMCPY(z, work, (size_t)size * sizeof(ecp_real));
+    if (report) {
+        report->iterations = effort.iterations;
+        report->evaluations = effort.evaluations;
+        report->fallbacks = effort.fallbacks;
+        report->natural_residual = ecp_i_mcp_residual(&s, work, 0, p.F);
+        report->merit = ecp_i_merit(size, p.F);
+    }
+    return solved ? ECP_OK : ECP_NOT_SOLVED;
+}
+
+/* >>distance ==============================================================================
+   Where two convex primitives are nearest, by their support functions alone (Gilbert, Johnson,
+   Keerthi): a rough answer that starts Newton on a patch without a history, and a lower bound that
+   leaves pairs out. */
+
+typedef struct ecp_i_posed {
+    const ecp_shape *shape;
+    ecp_real Q[9], x[3]; /* world pose of the primitive, up to one origin for all */
+} ecp_i_posed;
+
+/* the farthest point of a posed primitive along the world direction n (any length) */
+static void ecp_i_farthest(const ecp_i_posed *p, const ecp_real n[3], ecp_real flat, ecp_real out[3])
+{
+    ecp_real unit[3], local[3], at[3];
+    ecp_i_copy3(n, unit);
+    ecp_i_normalise(unit);
+    ecp_i_mul_t(p->Q, unit, local);
+    p->shape->cls->support(&p->shape[0], local, flat, at);
+    ecp_i_mul(p->Q, at, out);
+    ecp_i_axpy(out, 1, p->x, out);
+}
+
+static void ecp_i_posed_centre(const ecp_i_posed *p, ecp_real out[3])
+{
+    ecp_i_mul(p->Q, p->shape->centre, out);
+    ecp_i_axpy(out, 1, p->x, out);
+}
+
+/* how far A and B are apart along n (from A to B): the certificate -(h_A(n) + h_B(-n)) */
+static ecp_real ecp_i_separation(const ecp_i_posed *A, const ecp_i_posed *B, const ecp_real n[3])
+{
+    ecp_real pa[3], pb[3], back[3], gap[3];
+    ecp_i_scale(-1, n, back);
+    ecp_i_farthest(A, n, 0, pa);
+    ecp_i_farthest(B, back, 0, pb);
+    ecp_i_sub(pb, pa, gap);
+    return ecp_i_dot(n, gap);
+}
+
+/* the point of the hull of w[0..count) nearest to the origin, as weights; tries every face of the
+   simplex, so it does not depend on luck with degenerate ones */
+static void ecp_i_nearest(int count, ecp_real w[4][3], ecp_real weight[4])
+{
+    ecp_real best = -1;
+    int set, i, j, k;
+    for (set = 1; set < 1 << count; set++) {
+        ecp_real E[3][3], G[9], l[3], x[3], first = 1, size;
+        int member[4], m = 0, inside;
+        for (i = 0; i < count; i++) {
+            if (set >> i & 1) member[m++] = i;
+        }
+        for (i = 0; i + 1 < m; i++) ecp_i_sub(w[member[i + 1]], w[member[0]], E[i]);
+        for (i = 0; i + 1 < m; i++) {
+            for (j = 0; j + 1 < m; j++) G[3 * i + j] = ecp_i_dot(E[i], E[j]);
+            l[i] = -ecp_i_dot(E[i], w[member[0]]);
+        }
+        if (ecp_chol_factor(m - 1, G, 3)) continue;
+        ecp_chol_solve(m - 1, G, 3, l);
+        for (i = 0, inside = 1; i + 1 < m; i++) {
+            first -= l[i];
+            inside &= l[i] >= 0;
+        }
+        if (!inside || !(first >= 0)) continue;
+        ecp_i_copy3(w[member[0]], x);
+        for (i = 0; i + 1 < m; i++) ecp_i_axpy(x, l[i], E[i], x);
+        size = ecp_i_dot(x, x);
+        if (best >= 0 && !(size < best)) continue;
+        best = size;
+        for (k = 0; k < 4; k++) weight[k] = 0;
+        weight[member[0]] = first;
+        for (i = 0; i + 1 < m; i++) weight[member[i + 1]] = l[i];
+    }
+}
+
+/* The distance of A and B to a relative accuracy of 1e-4, their nearest points, and the unit n from
+   A to B; 0 if they touch or overlap, and then only the points mean something. */
+static ecp_real ecp_i_distance(const ecp_i_posed *A, const ecp_i_posed *B, ecp_real at_a[3],
+                               ecp_real at_b[3], ecp_real n[3])
+{
+    ecp_real pa[4][3], pb[4][3], w[4][3], weight[4] = {1, 0, 0, 0}, v[3], back[3], size = 0;
+    ecp_real small = ecp_i_sqrt(ECP_I_EPSILON) * (A->shape->radius + B->shape->radius);
+    int count = 0, k, i, j;
+    ecp_i_posed_centre(A, at_a);
+    ecp_i_posed_centre(B, at_b);
+    ecp_i_sub(at_b, at_a, v);
+    if (!(ecp_i_norm(v) > small)) ecp_i_set3(0, 0, 1, v);
+    for (k = 0; k < 40; k++) {
+        ecp_i_scale(-1, v, back);
+        ecp_i_farthest(A, v, 0, pa[count]);
+        ecp_i_farthest(B, back, 0, pb[count]);
+        ecp_i_sub(pb[count], pa[count], w[count]);
+        if (k > 0 && size * size - ecp_i_dot(v, w[count]) <= ECP_R(1e-4) * size * size) break;
+        count++;
+        ecp_i_nearest(count, w, weight);
+        for (i = 0, j = 0; i < count; i++) {
+            if (!(weight[i] > 0)) continue;
+            ecp_i_copy3(w[i], w[j]);
+            ecp_i_copy3(pa[i], pa[j]);
+            ecp_i_copy3(pb[i], pb[j]);
+            weight[j++] = weight[i];
+        }
+        count = j;
+        ecp_i_set3(0, 0, 0, v);
+        for (i = 0; i < count; i++) ecp_i_axpy(v, weight[i], w[i], v);
+        size = ecp_i_norm(v);
+        if (count == 4 || size <= small) {
+            size = 0;
+            break;
+        }
+    }
+    ecp_i_set3(0, 0, 0, at_a);
+    ecp_i_set3(0, 0, 0, at_b);
+    for (i = 0; i < count; i++) {
+        ecp_i_axpy(at_a, weight[i], pa[i], at_a);
+        ecp_i_axpy(at_b, weight[i], pb[i], at_b);
+    }
+    if (size > 0) ecp_i_scale(1 / size, v, n);
+    return size;
+}
+
+/* >>start: values for a patch's unknowns without a history */
+
+/* Multipliers l >= 0 with sum l_i g_i nearest to n, over the constraints that are active at the
+   point (f_i above -reach): coordinate descent, exact for orthogonal gradients, enough for a start. */
+static void ecp_i_cone_multipliers(int count, const ecp_real *f, const ecp_real *g,
+                                   const ecp_real n[3], ecp_real reach, ecp_real *l)
+{
+    ecp_real rest[3], best = f[0];
+    int i, sweep;
+    ecp_i_copy3(n, rest);
+    for (i = 0; i < count; i++) {
+        l[i] = 0;
+        best = ecp_i_max(best, f[i]);
+    }
+    for (sweep = 0; sweep < 30; sweep++) {
+        for (i = 0; i < count; i++) {
+            const ecp_real *gi = g + 3 * i;
+            ecp_real size = ecp_i_dot(gi, gi), next;
+            if (f[i] < best - reach || !(size > 0)) continue;
+            next = ecp_i_max(0, l[i] + ecp_i_dot(gi, rest) / size);
+            ecp_i_axpy(rest, l[i] - next, gi, rest);
+            l[i] = next;
+        }
+    }
+}
+
+/* where a primitive is: at the end of the trial motion, or at the beginning of the step; positions
+   are counted from A's centre of mass at the beginning of the step */
+static void ecp_i_pose(const ecp_i_pair *c, int side, int at_end, ecp_i_posed *p)
+{
+    const ecp_i_part *part = side ? c->b : c->a;
+    const ecp_i_motion *m = side ? c->mb : c->ma;
+    const ecp_real *R = at_end ? m->R : m->R0;
+    p->shape = &part->shape;
+    ecp_i_matmul(R, part->rotation, p->Q);
+    ecp_i_mul(R, part->position, p->x);
+    if (at_end) ecp_i_axpy(p->x, 1, m->dx, p->x);
+    if (side) ecp_i_sub(p->x, c->offset, p->x);
+}
+
+/* the unit normal from A into the half-space B, and the gap along it */
+static ecp_real ecp_i_plane_gap(const ecp_i_posed *A, const ecp_i_posed *B, ecp_real flat,
+                                ecp_real n[3], ecp_real at[3])
+{
+    ecp_real N[3], rel[3];
+    ecp_i_mul(B->Q, B->shape->size, N);
+    ecp_i_scale(-1, N, n);
+    ecp_i_farthest(A, n, flat, at);
+    ecp_i_sub(at, B->x, rel);
+    return ecp_i_dot(N, rel) - B->shape->size[3];
+}
+
+/* Nearest points and normal of a pair, wherever it is: apart at the end of the predicted motion, or
+   else at the beginning of the step, or else moved apart along the line of the centres until it is
+   (points that touch have no direction between them). Returns the shift that this took. */
+static void ecp_i_pair_nearest(const ecp_i_pair *c, ecp_real at_a[3], ecp_real at_b[3], ecp_real n[3])
+{
+    ecp_i_posed A, B;
+    ecp_real apart[3], x[3], shift;
+    int at_end;
+    for (at_end = 1; at_end >= 0; at_end--) {
+        ecp_i_pose(c, 0, at_end, &A);
+        ecp_i_pose(c, 1, at_end, &B);
+        if (ecp_i_distance(&A, &B, at_a, at_b, n) > 0) break;
+    }
+    if (at_end < 0) {
+        ecp_i_posed_centre(&A, x);
+        ecp_i_posed_centre(&B, apart);
+        ecp_i_sub(apart, x, apart);
+        if (!ecp_i_normalise(apart)) ecp_i_set3(0, 0, 1, apart);
+        ecp_i_copy3(B.x, x);
+        shift = ECP_R(1e-3) * ecp_i_min(A.shape->radius, B.shape->radius);
+        for (;; shift *= ECP_R(1.5)) {
+            ecp_i_axpy(x, shift, apart, B.x);
+            if (ecp_i_distance(&A, &B, at_a, at_b, n) > 0) break;
+            if (shift > 4 * (A.shape->radius + B.shape->radius)) {
+                ecp_i_copy3(apart, n);
+                break;
+            }
+        }
+    }
+    /* into the frames of the primitives */
+    ecp_i_sub(at_a, A.x, x);
+    ecp_i_mul_t(A.Q, x, at_a);
+    ecp_i_sub(at_b, B.x, x);
+    ecp_i_mul_t(B.Q, x, at_b);
+}
+
+/* A geometric start at the present trial motion: support points, or nearest points, their
+   normal-cone multipliers, and p_n on where the gap is negative. `guess`: the ECP to take instead
+   (frame of A, may be NULL). */
+static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *guess, ecp_real *y)
+{
+    ecp_i_posed A, B;
+    ecp_real a[3], b[3], n[3], local[3], world_a[3], world_b[3], gap, reach;
+    int i;
+    for (i = 0; i < c->count; i++) y[i] = 0;
+    ecp_i_pose(c, 0, 1, &A);
+    ecp_i_pose(c, 1, 1, &B);
+    if (c->plane) {
+        gap = ecp_i_plane_gap(&A, &B, ECP_R(1e-7), n, world_a);
+        ecp_i_sub(world_a, A.x, local);
+        ecp_i_mul_t(A.Q, local, a);
+    } else {
+        ecp_i_pair_nearest(c, a, b, n);
+        ecp_i_mul(A.Q, a, world_a);
+        ecp_i_axpy(world_a, 1, A.x, world_a);
+        ecp_i_mul(B.Q, b, world_b);
+        ecp_i_axpy(world_b, 1, B.x, world_b);
+        ecp_i_sub(world_b, world_a, local);
+        gap = ecp_i_dot(n, local);
+        y[ecp_i_at_d(c)] = gap / (h * c->V);
+    }
+    if (guess) ecp_i_copy3(guess, a);
+    reach = ECP_R(1e-3) * c->a->shape.radius;
+    ecp_i_scale(1 / c->L, a, y);
+    ecp_i_mul_t(A.Q, n, local);
+    c->a->shape.cls->eval(&c->a->shape, a, c->fa, c->ga);
+    ecp_i_cone_multipliers(c->nl, c->fa, c->ga, local, reach, y + 3);
+    if (!c->plane) {
+        ecp_i_mul_t(B.Q, n, local);
+        ecp_i_scale(-1, local, local);
+        c->b->shape.cls->eval(&c->b->shape, b, c->fb, c->gb);
+        reach = ECP_R(1e-3) * c->b->shape.radius;
+        ecp_i_cone_multipliers(c->nm, c->fb, c->gb, local, reach, y + ecp_i_at_m(c));
+    }
+    if (gap < 0) y[ecp_i_at_p(c)] = ecp_i_min(1, -gap / (h * c->V));
+}
+/* >>step ================================================================================== */
+
+typedef struct ecp_i_step {
+    ecp_world *w;
+    ecp_real h;
+    const ecp_options *o;
+    ecp_report *r;
+    ecp_i_arena arena;
+    ecp_i_motion *motions;
+    ecp_i_pair *pairs;
+    int pair_count, left_out;
+    ecp_i_patch *records;   /* the next list of patches, and its multipliers */
+    ecp_real *multipliers;
+    int *extra, extras;     /* pairs of shapes that turned out to touch after all */
+    int *bodies;            /* of an island */
+    ecp_i_pair **members;
+} ecp_i_step;
+
+static ecp_status ecp_i_fail(ecp_report *r, ecp_status status, int body, int shape_a, int shape_b,
+                             ecp_real value, ecp_real limit)
+{
+    r->status = status;
+    r->body = body;
+    r->shape_a = shape_a;
+    r->shape_b = shape_b;
+    r->value = value;
+    r->limit = limit;
+    return status;
+}
+
+/* >>memory: every block of a step is cut here, for ecp_world_memsize and for the step alike */
+
+static void ecp_i_carve_step(ecp_i_arena *arena, int bodies, int patches, int inequalities,
+                             ecp_i_step *s)
+{
+    s->motions = (ecp_i_motion *)ecp_i_take(arena, (size_t)bodies, sizeof(ecp_i_motion));
+    s->records = (ecp_i_patch *)ecp_i_take(arena, (size_t)patches, sizeof(ecp_i_patch));
+    s->multipliers = ecp_i_take_reals(arena, patches * inequalities);
+    s->extra = ecp_i_take_ints(arena, 2 * patches);
+    s->bodies = ecp_i_take_ints(arena, bodies);
+    s->members = (ecp_i_pair **)ecp_i_take(arena, (size_t)patches, sizeof(ecp_i_pair *));
+    s->pairs = (ecp_i_pair *)ecp_i_take(arena, (size_t)patches, sizeof(ecp_i_pair));
+}
+
+/* values, gradients and lists of one patch with nl + nm multipliers */
+static void ecp_i_carve_pair(ecp_i_arena *arena, int nl, int nm, ecp_i_pair *c)
+{
+    c->fa = ecp_i_take_reals(arena, nl);
+    c->ga = ecp_i_take_reals(arena, 3 * nl);
+    c->fb = ecp_i_take_reals(arena, nm);
+    c->gb = ecp_i_take_reals(arena, 3 * nm);
+    c->fixed_a = ecp_i_take_reals(arena, nl);
+    c->slope_a = ecp_i_take_reals(arena, nl);
+    c->fixed_b = ecp_i_take_reals(arena, nm);
+    c->slope_b = ecp_i_take_reals(arena, nm);
+    c->active_a = ecp_i_take_ints(arena, nl);
+    c->active_b = ecp_i_take_ints(arena, nm);
+}
+
+/* the Newton block of a patch with this many unknowns */
+static void ecp_i_carve_block(ecp_i_arena *arena, int count, int bodies, ecp_i_pair *c)
+{
+    int rows = count + 6 * bodies;
+    c->block = ecp_i_take_reals(arena, rows * (rows + 1));
+    c->row_tag = ecp_i_take_ints(arena, count);
+    c->col_tag = ecp_i_take_ints(arena, count);
+    c->row_order = ecp_i_take_ints(arena, count);
+    c->col_order = ecp_i_take_ints(arena, count);
+}
+
+static void ecp_i_carve_front(ecp_i_arena *arena, int n, int K, ecp_i_front *f)
+{
+    f->M = ecp_i_take_reals(arena, n * n);
+    f->b = ecp_i_take_reals(arena, n);
+    f->C = ecp_i_take_reals(arena, K * n);
+    f->c = ecp_i_take_reals(arena, K);
+    f->Bt = ecp_i_take_reals(arena, K * n);
+    f->x = ecp_i_take_reals(arena, K);
+    f->weight = ecp_i_take_reals(arena, K);
+    f->work = ecp_i_take_reals(arena, n * (n + 1));
+    f->v = ecp_i_take_reals(arena, n);
+    f->tau_c = ecp_i_take_reals(arena, n);
+    f->tau_b = ecp_i_take_reals(arena, n);
+    f->square = ecp_i_take_reals(arena, n * n);
+    f->rhs = ecp_i_take_reals(arena, n);
+    f->least = ecp_i_take_reals(arena, ECP_LEAST_SQUARES_WORK(n, n));
+    f->piv_c = ecp_i_take_ints(arena, n);
+    f->piv_b = ecp_i_take_ints(arena, n);
+    f->ints = ecp_i_take_ints(arena, 2 * n);
+}
+
+/* the vectors of Newton's method: z, the best z, F, dz, trial */
+static void ecp_i_carve_vectors(ecp_i_arena *arena, int unknowns, ecp_real *vectors[5])
+{
+    int k;
+    for (k = 0; k < 5; k++) vectors[k] = ecp_i_take_reals(arena, unknowns);
+}
+
+/* unknowns of a patch with three friction rows and all multipliers that the description allows */
+static int ecp_i_most_unknowns(const ecp_world_desc *d) { return 8 + d->max_inequalities; }
+
+static void ecp_i_carve_world(ecp_i_arena *arena, ecp_world *w)
+{
+    const ecp_world_desc *d = &w->desc;
+    ecp_i_step s;
+    ecp_i_pair c;
+    ecp_i_front f;
+    ecp_real *vectors[5];
+    int i, most = ecp_i_most_unknowns(d);
+    ecp_i_carve_state(arena, w);
+    ecp_i_carve_step(arena, d->max_bodies, d->max_patches, d->max_inequalities, &s);
+    for (i = 0; i < d->max_patches; i++) {
+        ecp_i_carve_pair(arena, d->max_inequalities, 2, &c);
+        ecp_i_carve_block(arena, most, 2, &c);
+    }
+    ecp_i_carve_front(arena, 6 * d->max_bodies, most * d->max_patches, &f);
+    ecp_i_carve_vectors(arena, 6 * d->max_bodies + most * d->max_patches, vectors);
+    w->bytes = arena->used;
+}
+
+static int ecp_i_desc_ok(const ecp_world_desc *d)
+{
+    return d->max_bodies >= 1 && d->max_bodies <= 10000 && d->max_shapes >= 1 &&
+           d->max_shapes <= 100000 && d->max_patches >= 1 && d->max_patches <= 100000 &&
+           d->max_inequalities >= 1 && d->max_inequalities <= 1000;
+}
+
+ECP_DEF size_t ecp_world_memsize(const ecp_world_desc *desc)
+{
+    ecp_i_arena arena = {NULL, 0, 0, 0, 0};
+    ecp_world w;
+    if (!desc || !ecp_i_desc_ok(desc)) return 0;
+    w.desc = *desc;
+    ecp_i_carve_world(&arena, &w);
+    return arena.used;
+}
+
+ECP_DEF ecp_status ecp_world_init(ecp_world **world, const ecp_world_desc *desc, void *mem,
+                                  size_t bytes)
+{
+    ecp_i_arena arena = {NULL, 0, 0, 0, 0};
+    ecp_world *w = (ecp_world *)mem;
+    size_t need;
+    if (!world || !desc || !mem) return ECP_BAD_POINTER;
+    if (!ecp_i_desc_ok(desc)) return ECP_BAD_OPTION;
+    if (!ecp_i_all_finite(3, desc->gravity)) return ECP_NOT_FINITE;
+    if (((size_t)mem & 7) != 0) return ECP_MEMORY_ALIGN;
+    need = ecp_world_memsize(desc);
+    if (bytes < need) return ECP_MEMORY_SMALL;
+    ECPSIM_MEMSET(mem, 0, need);
+    w->desc = *desc;
+    ecp_i_carve_world(&arena, w);
+    *world = w;
+    return ECP_OK;
+}
+
+/* >>patches: which pairs of primitives are in the step's problem */
+
+/* how far a point of the primitive can come within the step at the free velocity */
+static ecp_real ecp_i_travel(const ecp_i_part *p, const ecp_i_motion *m, ecp_real h)
+{
+    ecp_real reach = ecp_i_norm(p->position) + ecp_i_norm(p->shape.centre);
+    if (p->shape.radius > 0) reach += p->shape.radius;
+    return h * reach * ecp_i_norm(m->v + 3);
+}
+
+/* Can the two touch within the step? Asked at the beginning of the step, of the free motion, with
+   half as much again for what contacts do to it; what this misses is found by ecp_i_find_touching. */
+static int ecp_i_near(const ecp_i_pair *c, ecp_real h)
+{
+    ecp_i_posed A, B;
+    ecp_real n[3], at_a[3], at_b[3], move[3], reach;
+    ecp_i_sub(c->ma->dx, c->mb->dx, move);
+    reach = ecp_i_norm(move) + ecp_i_travel(c->a, c->ma, h);
+    if (!c->plane) reach += ecp_i_travel(c->b, c->mb, h);
+    reach = ECP_R(1.5) * reach + ECP_R(1e-3) * c->a->shape.radius;
+    ecp_i_pose(c, 0, 0, &A);
+    ecp_i_pose(c, 1, 0, &B);
+    if (c->plane) {
+        if (c->mb->body->kind == ECP_KINEMATIC) {
+            reach += ECP_R(1.5) * h * ecp_i_norm(c->mb->v + 3) *
+                     (ecp_i_norm(A.x) + ecp_i_norm(c->offset) + c->a->shape.radius);
+        }
+        return ecp_i_plane_gap(&A, &B, 0, n, at_a) <= reach;
+    }
+    ecp_i_posed_centre(&A, at_a);
+    ecp_i_posed_centre(&B, at_b);
+    ecp_i_sub(at_b, at_a, n);
+    if (ecp_i_norm(n) - A.shape->radius - B.shape->radius > reach) return 0;
+    if (ecp_i_normalise(n) && ecp_i_separation(&A, &B, n) > reach) return 0;
+    return ecp_i_distance(&A, &B, at_a, at_b, n) <= reach;
+}
+
+/* do the two overlap at the end of the trial motion? */
+static int ecp_i_touching(const ecp_i_pair *c)
+{
+    ecp_i_posed A, B;
+    ecp_real n[3], at_a[3], at_b[3];
+    ecp_i_pose(c, 0, 1, &A);
+    ecp_i_pose(c, 1, 1, &B);
+    if (c->plane) return ecp_i_plane_gap(&A, &B, 0, n, at_a) < 0;
+    ecp_i_posed_centre(&A, at_a);
+    ecp_i_posed_centre(&B, at_b);
+    ecp_i_sub(at_b, at_a, n);
+    if (ecp_i_norm(n) > A.shape->radius + B.shape->radius) return 0;
+    if (ecp_i_normalise(n) && ecp_i_separation(&A, &B, n) > 0) return 0;
+    return !(ecp_i_distance(&A, &B, at_a, at_b, n) > 0);
+}
+
+static ecp_real ecp_i_mean(ecp_real a, ecp_real b) { return a == b ? a : ecp_i_sqrt(a * b); }
+
+static void ecp_i_pair_friction(ecp_i_pair *c)
+{
+    const ecp_material *a = &c->a->material, *b = &c->b->material, *own;
+    ecp_real local[3];
+    int first_a = c->shape_a < c->shape_b, directed_a, directed_b;
+    c->mu = ecp_i_mean(a->mu, b->mu);
+    c->e[0] = ecp_i_mean(a->e_t, b->e_t);
+    c->e[1] = ecp_i_mean(a->e_o, b->e_o);
+    c->e[2] = ecp_i_mean(a->e_r, b->e_r);
+    c->nf = c->mu > 0 ? (c->e[2] > 0 ? 3 : 2) : 0;
+    directed_a = ecp_i_norm(a->direction) > 0;
+    directed_b = ecp_i_norm(b->direction) > 0;
+    ecp_i_set3(0, 0, 0, c->direction);
+    if (!directed_a && !directed_b) return;
+    own = directed_a && (first_a || !directed_b) ? a : b;
+    ecp_i_mul((own == a ? c->a : c->b)->rotation, own->direction, local);
+    ecp_i_mul((own == a ? c->ma : c->mb)->R0, local, c->direction);
+    ecp_i_normalise(c->direction);
+}
+
+/* the primitives i < j as a patch; 0 if they never make one */
+static int ecp_i_pair_setup(const ecp_i_step *s, int i, int j, ecp_i_pair *c)
+{
+    const ecp_i_part *parts = ecp_i_parts(s->w);
+    int swap = parts[i].shape.kind == ECP_HALF_SPACE;
+    ECPSIM_MEMSET(c, 0, sizeof *c);
+    c->shape_a = swap ? j : i;
+    c->shape_b = swap ? i : j;
+    c->a = parts + c->shape_a;
+    c->b = parts + c->shape_b;
+    c->ma = s->motions + c->a->body;
+    c->mb = s->motions + c->b->body;
+    if (c->a->shape.kind == ECP_HALF_SPACE || c->ma == c->mb) return 0;
+    if (!c->ma->dynamic && !c->mb->dynamic) return 0;
+    c->plane = c->b->shape.kind == ECP_HALF_SPACE;
+    c->nl = c->a->shape.inequalities;
+    c->nm = c->plane ? 0 : c->b->shape.inequalities;
+    ecp_i_sub(c->ma->body->x, c->mb->body->x, c->offset);
+    ecp_i_axpy(c->offset, 1, c->ma->body->x_carry, c->offset);
+    ecp_i_sub(c->offset, c->mb->body->x_carry, c->offset);
+    ecp_i_pair_friction(c);
+    c->count = ecp_i_at_p(c) + 1 + c->nf;
+    c->old = -1;
+    return 1;
+}
+
+static int ecp_i_is_extra(const ecp_i_step *s, int i, int j)
+{
+    int k;
+    for (k = 0; k < s->extras; k++) {
+        if (s->extra[2 * k] == i && s->extra[2 * k + 1] == j) return 1;
+    }
+    return 0;
+}
+
+/* the order of the world's list of patches: by the lower index of the two shapes, then the higher */
+static int ecp_i_patch_before(const ecp_i_patch *p, int i, int j)
+{
+    int lo = p->contact.shape_a < p->contact.shape_b ? p->contact.shape_a : p->contact.shape_b;
+    int hi = p->contact.shape_a < p->contact.shape_b ? p->contact.shape_b : p->contact.shape_a;
+    return lo < i || (lo == i && hi < j);
+}
+
+static int ecp_i_patch_is(const ecp_i_patch *p, int i, int j)
+{
+    return (p->contact.shape_a == i && p->contact.shape_b == j) ||
+           (p->contact.shape_a == j && p->contact.shape_b == i);
+}
+
+static ecp_status ecp_i_find_pairs(ecp_i_step *s)
+{
+    const ecp_i_patch *old = ecp_i_patches(s->w);
+    ecp_i_pair *c;
+    int i, j, next = 0;
+    s->pair_count = s->left_out = 0;
+    for (i = 0; i < s->w->shapes; i++) {
+        for (j = i + 1; j < s->w->shapes; j++) {
+            ecp_i_pair candidate;
+            if (!ecp_i_pair_setup(s, i, j, &candidate)) continue;
+            if (!ecp_i_is_extra(s, i, j) && !ecp_i_near(&candidate, s->h)) {
+                s->left_out++;
+                continue;
+            }
+            if (s->pair_count == s->w->desc.max_patches) {
+                return ecp_i_fail(s->r, ECP_CAPACITY, -1, i, j, (ecp_real)(s->pair_count + 1),
+                                  (ecp_real)s->w->desc.max_patches);
+            }
+            if (candidate.nl + candidate.nm > s->w->desc.max_inequalities) {
+                return ecp_i_fail(s->r, ECP_CAPACITY, -1, i, j,
+                                  (ecp_real)(candidate.nl + candidate.nm),
+                                  (ecp_real)s->w->desc.max_inequalities);
+            }
+            while (next < s->w->patches && ecp_i_patch_before(old + next, i, j)) next++;
+            if (next < s->w->patches && ecp_i_patch_is(old + next, i, j)) candidate.old = next;
+            c = s->pairs + s->pair_count++;
+            *c = candidate;
+            ecp_i_carve_pair(&s->arena, c->nl, c->nm, c);
+        }
+    }
+    return ECP_OK;
+}
+
+/* adds left-out pairs that overlap at the end of the step to the extra ones; returns how many */
+static int ecp_i_find_touching(ecp_i_step *s)
+{
+    ecp_i_pair c;
+    int i, j, k, found = 0;
+    for (i = 0, k = 0; i < s->w->shapes; i++) {
+        for (j = i + 1; j < s->w->shapes; j++) {
+            int kept = k < s->pair_count && ((s->pairs[k].shape_a == i && s->pairs[k].shape_b == j) ||
+                                             (s->pairs[k].shape_a == j && s->pairs[k].shape_b == i));
+            k += kept;
+            if (kept || !ecp_i_pair_setup(s, i, j, &c) || !ecp_i_touching(&c)) continue;
+            found++;
+            if (s->extras == s->w->desc.max_patches) continue;
+            s->extra[2 * s->extras] = i;
+            s->extra[2 * s->extras++ + 1] = j;
+        }
+    }
+    return found;
+}
+
+/* gives every dynamic body the lowest index of the bodies that it is joined with by patches */
+static void ecp_i_label_islands(ecp_i_step *s)
+{
+    int i, changed = 1;
+    for (i = 0; i < s->w->bodies; i++) s->motions[i].island = s->motions[i].dynamic ? i : -1;
+    while (changed) {
+        for (i = 0, changed = 0; i < s->pair_count; i++) {
+            ecp_i_motion *a = s->pairs[i].ma, *b = s->pairs[i].mb;
+            if (!a->dynamic || !b->dynamic || a->island == b->island) continue;
+            if (a->island < b->island) b->island = a->island;
+            else a->island = b->island;
+            changed = 1;
+        }
+    }
+}
+
+/* >>solve: one island */
+
+/* Units. Velocity: the fastest free motion, or g h; never below what moves a body by 64 rounding
+   units of its size, where nothing could be told from noise. Impulse: the momentum m vs of the body
+   that is carried, the upper one of two. */
+static void ecp_i_island_units(ecp_i_island *s)
+{
+    const ecp_real *g = s->world->desc.gravity;
+    ecp_real speed = s->h * ecp_i_norm(g), up[3];
+    int i, k;
+    for (i = 0; i < s->body_count; i++) {
+        const ecp_i_motion *m = s->motions + s->bodies[i];
+        speed = ecp_i_max(speed, 64 * ECP_I_EPSILON * m->length / s->h);
+        speed = ecp_i_max(speed, ecp_i_max(ecp_i_norm(m->v), ecp_i_norm(m->body->v)));
+        speed = ecp_i_max(speed, m->length * ecp_i_norm(m->v + 3));
+        speed = ecp_i_max(speed, m->length * ecp_i_norm(m->body->v + 3));
+    }
+    for (i = 0; i < s->pair_count; i++) {
+        const ecp_i_pair *c = s->pairs[i];
+        const ecp_i_motion *other = c->mb->dynamic ? c->ma : c->mb;
+        if (!other->dynamic) speed = ecp_i_max(speed, ecp_i_norm(other->v));
+    }
+    for (i = 0; i < s->body_count; i++) s->motions[s->bodies[i]].speed = speed;
+    for (i = 0; i < s->pair_count; i++) {
+        ecp_i_pair *c = s->pairs[i];
+        const ecp_i_motion *carried = c->ma->dynamic ? c->ma : c->mb;
+        c->V = speed;
+        c->L = carried->length;
+        if (c->ma->dynamic && c->mb->dynamic) {
+            ecp_i_scale(-1, g, up);
+            if (ecp_i_dot(up, c->offset) < 0) carried = c->mb;
+            if (!(ecp_i_norm(g) > 0) && c->mb->mass < c->ma->mass) carried = c->mb;
+            c->L = ecp_i_min(c->ma->length, c->mb->length);
+        }
+        c->P = carried->mass * speed;
+        c->rho = 1;
+        for (k = 0; k < c->nf; k++) {
+            ecp_real e = k < 2 ? c->e[k] : c->e[k] / c->L;
+            c->rho = ecp_i_max(c->rho, e * e);
+        }
+        c->rho = 1 / c->rho;
+    }
+}
+
+/* the direction that fixes the tangents: the material's, or the world axis most across the normal */
+static void ecp_i_set_direction(ecp_i_pair *c)
+{
+    ecp_real across[3];
+    int k, best = 0;
+    ecp_i_cross(c->N, c->direction, across);
+    if (ecp_i_norm(across) > ECP_R(1e-3)) return;
+    for (k = 1; k < 3; k++) {
+        if (ecp_i_abs(c->N[k]) < ecp_i_abs(c->N[best])) best = k;
+    }
+    ecp_i_set3(0, 0, 0, c->direction);
+    c->direction[best] = 1;
+}
+
+/* the solution of the last step, in this step's units */
+static void ecp_i_start_warm(const ecp_i_island *s, const ecp_i_pair *c, ecp_real *y)
+{
+    const ecp_i_patch *old = ecp_i_patches(s->world) + c->old;
+    const ecp_contact *contact = &old->contact;
+    const ecp_real *multipliers = ecp_i_multipliers(s->world, c->old);
+    ecp_real *p = y + ecp_i_at_p(c), P[4];
+    int i;
+    ecp_i_scale(1 / c->L, old->a, y);
+    for (i = 0; i < c->nl; i++) y[3 + i] = multipliers[i];
+    for (i = 0; i < c->nm; i++) y[ecp_i_at_m(c) + i] = multipliers[c->nl + i];
+    if (!c->plane) y[ecp_i_at_d(c)] = contact->gap / (s->h * c->V);
+    P[0] = contact->p_n;
+    P[1] = contact->p_t;
+    P[2] = contact->p_o;
+    P[3] = contact->p_r;
+    for (i = 0; i <= c->nf; i++) p[i] = P[i] / (c->P * (i ? c->e[i - 1] : 1));
+}
+
+/* Start k: the patches warm (0) or geometric (1), the latter for the pose that a part of the free
+   motion leads to (2 and up). The warm start's velocities balance its impulses; those that are
+   nothing but the rounding of that balance are zero instead, or they would add up to a drift. */
+static int ecp_i_island_start(void *self, int k, ecp_real *z)
+{
+    static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)};
+    ecp_i_island *s = (ecp_i_island *)self;
+    int i, j;
+    if (k > 5) return 0;
+    for (i = 0; i < s->body_count; i++) {
+        ecp_i_motion *m = s->motions + s->bodies[i];
+        ecp_real dv[6];
+        for (j = 0; j < 6; j++) {
+            dv[j] = k < 2 ? m->free[j] : parts[k - 2] * (m->body->v[j] + m->free[j]) - m->body->v[j];
+            z[6 * i + j] = dv[j] / (j < 3 ? m->speed : m->speed / m->length);
+        }
+        ecp_i_move(m, s->h, dv);
+        for (j = 0; j < 6; j++) m->residual[j] = 0;
+    }
+    for (i = 0; i < s->pair_count; i++) {
+        ecp_i_pair *c = s->pairs[i];
+        const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
+        if (k == 0 && old && !old->guess) ecp_i_start_warm(s, c, z + c->at);
+        else ecp_i_start_geometric(c, s->h, k == 0 && old ? old->a : NULL, z + c->at);
+        ecp_i_pair_evaluate(c, z + c->at, s->h);
+        ecp_i_set_direction(c);
+        ecp_i_pair_evaluate(c, z + c->at, s->h);
+        if (c->ma->dynamic) ecp_i_wrench(c, c->ma, c->ra, 1);
+        if (c->mb->dynamic) ecp_i_wrench(c, c->mb, c->rb, -1);
+    }
+    for (i = 0; k == 0 && i < s->body_count; i++) {
+        const ecp_i_motion *m = s->motions + s->bodies[i];
+        ecp_real dv[6];
+        ecp_i_velocity_change(m, m->residual, dv);
+        for (j = 0; j < 6; j++) {
+            ecp_real unit = j < 3 ? m->speed : m->speed / m->length;
+            dv[j] = m->free[j] - dv[j];
+            if (ecp_i_abs(m->body->v[j] + dv[j]) <= s->noise * unit) dv[j] = -m->body->v[j];
+            z[6 * i + j] = dv[j] / unit;
+        }
+    }
+    return 1;
+}
+
+/* keeps a centring step inside the patches: the largest of 1, 1/2, 1/4, .. for which no ECP leaves
+   its primitive sideways */
+static ecp_real ecp_i_centring_length(const ecp_i_island *s, const ecp_real *z, const ecp_real *dz)
+{
+    ecp_real t = 1, a[3], slack;
+    int i, j, k, inside;
+    for (; t > ECP_R(1e-3); t /= 2) {
+        for (i = 0, inside = 1; i < s->pair_count; i++) {
+            ecp_i_pair *c = s->pairs[i];
+            slack = ecp_i_sqrt(ECP_I_EPSILON) * c->L;
+            for (k = 0; k < 3; k++) a[k] = c->L * (z[c->at + k] + t * dz[c->at + k]);
+            c->a->shape.cls->eval(&c->a->shape, a, c->fa, c->ga);
+            for (j = 0; j < c->nl; j++) inside &= c->fa[j] <= slack || z[c->at + 3 + j] > slack;
+        }
+        if (inside) return t;
+    }
+    return 0;
+}
+
+/* The rule ECP_CENTRED. From a solution z: the step that stays on the solutions to first order and
+   ends nearest to the centres, then Newton back on to them, until nothing moves. */
+static void ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_step *step,
+                         ecp_real *z, ecp_real *best, ecp_i_effort *effort)
+{
+    ecp_real size, t;
+    int round, i, k;
+    for (round = 0; round < 20; round++) {
+        ECPSIM_MEMCPY(best, z, (size_t)p->n * sizeof(ecp_real));
+        s->centring = 1;
+        i = p->step(s, z, p->F, p->dz);
+        s->centring = 0;
+        if (!i) return;
+        step->r->centring_rounds++;
+        for (i = 0, size = 0; i < s->pair_count; i++) {
+            const ecp_i_pair *c = s->pairs[i];
+            for (k = 0; k < 3; k++) size = ecp_i_max(size, ecp_i_abs(p->dz[c->at + k]));
+        }
+        t = ecp_i_centring_length(s, z, p->dz);
+        for (i = 0; i < p->n; i++) z[i] += t * p->dz[i];
+        if (ecp_i_newton(p, step->o->tolerance / ECP_I_AIM, step->o->tolerance, 10, 0, z, effort)) {
+            if (size <= ecp_i_sqrt(step->o->tolerance) / 10 || !(t > 0)) return;
+            continue;
+        }
+        ECPSIM_MEMCPY(z, best, (size_t)p->n * sizeof(ecp_real));
+        p->residual(s, z, 0, p->F);
+        return;
+    }
+}
+
+/* the contact record of a patch at its last evaluation, and its separation */
+static void ecp_i_record(const ecp_i_pair *c, const ecp_real *y, ecp_real h, ecp_real tolerance,
+                         ecp_i_patch *record, ecp_real *multipliers)
+{
+    const ecp_i_body *body = c->ma->body;
+    ecp_contact *k = &record->contact;
+    ecp_i_posed A, B;
+    ecp_real unit[3], centre[3], at[3], w[3];
+    int i;
+    ECPSIM_MEMSET(record, 0, sizeof *record);
+    k->shape_a = c->shape_a;
+    k->shape_b = c->shape_b;
+    k->body_a = c->a->body;
+    k->body_b = c->b->body;
+    ecp_i_scale(c->L, y, record->a);
+    for (i = 0; i < 3; i++) centre[i] = body->x[i] + (body->x_carry[i] + c->ma->dx[i]);
+    ecp_i_axpy(centre, 1, c->ra, k->point_a);
+    ecp_i_axpy(k->point_a, c->d, c->n, k->point_b);
+    ecp_i_copy3(c->N, k->normal);
+    k->gap = c->d;
+    ecp_i_pose(c, 0, 1, &A);
+    ecp_i_pose(c, 1, 1, &B);
+    ecp_i_copy3(c->n, unit);
+    ecp_i_normalise(unit);
+    k->separation = c->plane ? ecp_i_plane_gap(&A, &B, 0, unit, at) : ecp_i_separation(&A, &B, unit);
+    k->mu = c->mu;
+    k->e_t = c->e[0];
+    k->e_o = c->e[1];
+    k->e_r = c->e[2];
+    for (i = 0; i < c->nl; i++) multipliers[i] = y[3 + i];
+    for (i = 0; i < c->nm; i++) multipliers[c->nl + i] = y[ecp_i_at_m(c) + i];
+    k->mode = ECP_APART;
+    if (c->nf == 0) {
+        ecp_i_pair tangents = *c;
+        ecp_i_tangents(&tangents);
+        ecp_i_copy3(tangents.t, k->direction_t);
+        ecp_i_copy3(tangents.o, k->direction_o);
+    } else {
+        ecp_i_copy3(c->t, k->direction_t);
+        ecp_i_copy3(c->o, k->direction_o);
+    }
+    /* of p_n and d one is zero: the larger one, in its unit, says which */
+    if (!(c->p[0] > c->d / (h * c->V))) return;
+    k->p_n = c->P * c->p[0];
+    k->mode = ECP_SLIP;
+    if (c->nf == 0) return;
+    k->p_t = c->e[0] * c->P * c->p[1];
+    k->p_o = c->e[1] * c->P * c->p[2];
+    k->p_r = ecp_i_torsion(c);
+    if (!(c->z_norm - c->radius > 10 * tolerance)) {
+        k->mode = ECP_STICK;
+        return;
+    }
+    w[0] = c->e[0] * ecp_i_dot(c->t, c->v);
+    w[1] = c->e[1] * ecp_i_dot(c->o, c->v);
+    w[2] = c->nf == 3 ? c->e[2] * ecp_i_dot(c->N, c->spin) : ECP_R(0);
+    k->sigma = ecp_i_norm(w);
+}
+
+/* max of |y| - mu p_n, in N s */
+static ecp_real ecp_i_cone_violation(const ecp_i_pair *c)
+{
+    ecp_real size = 0;
+    int k;
+    for (k = 1; k <= c->nf; k++) size += c->p[k] * c->p[k];
+    return c->P * (ecp_i_sqrt(size) - c->mu * c->p[0]);
+}
+
+static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
+{
+    ecp_i_island s;
+    ecp_i_problem p;
+    ecp_i_effort effort = {0, 0, 0};
+    ecp_real *vectors[5], *z, *best, error;
+    size_t mark = step->arena.used;
+    int i, K = 0, solved;
+    ECPSIM_MEMSET(&s, 0, sizeof s);
+    s.motions = step->motions;
+    s.bodies = step->bodies;
+    s.pairs = step->members;
+    s.h = step->h;
+    s.world = step->w;
+    s.noise = step->o->tolerance / (2 * ECP_I_CONTENT);
+    for (i = 0; i < step->w->bodies; i++) {
+        if (s.motions[i].island != label) continue;
+        s.motions[i].at = 6 * s.body_count;
+        s.bodies[s.body_count++] = i;
+    }
+    s.unknowns = 6 * s.body_count;
+    for (i = 0; i < step->pair_count; i++) {
+        ecp_i_pair *c = step->pairs + i;
+        if ((c->ma->dynamic ? c->ma : c->mb)->island != label) continue;
+        c->at = s.unknowns;
+        s.unknowns += c->count;
+        K += c->count;
+        s.pairs[s.pair_count++] = c;
+        ecp_i_carve_block(&step->arena, c->count, c->ma->dynamic + c->mb->dynamic, c);
+    }
+    if (s.pair_count == 0) return ECP_OK;
+    ecp_i_carve_front(&step->arena, 6 * s.body_count, K, &s.front);
+    ecp_i_carve_vectors(&step->arena, s.unknowns, vectors);
+    ECPSIM_ASSERT(!step->arena.overflow);
+    z = vectors[0];
+    best = vectors[1];
+    p.self = &s;
+    p.n = s.unknowns;
+    p.residual = ecp_i_island_residual;
+    p.step = ecp_i_island_step;
+    p.start = ecp_i_island_start;
+    p.F = vectors[2];
+    p.dz = vectors[3];
+    p.trial = vectors[4];
+    ecp_i_island_units(&s);
+    solved = ecp_i_solve(&p, step->o, z, &effort);
+    if (solved && step->o->rule == ECP_CENTRED && s.free_moves > 0) {
+        ecp_i_centre(&s, &p, step, z, best, &effort);
+    }
+    error = solved ? 0 : p.residual(&s, z, 0, p.F);
+    step->r->islands++;
+    step->r->unknowns += s.unknowns;
+    step->r->iterations += effort.iterations;
+    step->r->evaluations += effort.evaluations;
+    step->r->fallbacks |= effort.fallbacks;
+    step->r->merit += ecp_i_merit(p.n, p.F);
+    for (i = 0; i < p.n; i++) {
+        step->r->natural_residual = ecp_i_max(step->r->natural_residual, ecp_i_abs(p.F[i]));
+    }
+    if (!solved) {
+        return ecp_i_fail(step->r, ECP_NOT_SOLVED, label, s.pairs[0]->shape_a, s.pairs[0]->shape_b,
+                          error, step->o->tolerance);
+    }
+    for (i = 0; i < s.pair_count; i++) {
+        const ecp_i_pair *c = s.pairs[i];
+        int at = (int)(c - step->pairs);
+        ecp_i_record(c, z + c->at, s.h, step->o->tolerance, step->records + at,
+                     step->multipliers + at * step->w->desc.max_inequalities);
+        step->r->worst_cone = ecp_i_max(step->r->worst_cone, ecp_i_cone_violation(c));
+    }
+    step->arena.used = mark;
+    return ECP_OK;
+}
+
+/* solves all islands, and again with the pairs that turned out to touch */
+static ecp_status ecp_i_solve_all(ecp_i_step *s)
+{
+    ecp_status status = ECP_OK;
+    size_t mark = s->arena.used;
+    int i, extras = -1;
+    while (s->extras > extras) {
+        extras = s->extras;
+        s->arena.used = mark;
+        s->r->unknowns = s->r->islands = 0;
+        s->r->worst_cone = s->r->merit = s->r->natural_residual = 0;
+        for (i = 0; i < s->w->bodies; i++) {
+            if (s->motions[i].dynamic) ecp_i_move(s->motions + i, s->h, s->motions[i].free);
+        }
+        status = ecp_i_find_pairs(s);
+        if (status != ECP_OK) return status;
+        ecp_i_label_islands(s);
+        for (i = 0; i < s->w->bodies; i++) {
+            if (s->motions[i].island != i) continue;
+            status = ecp_i_solve_island(s, i);
+            if (status != ECP_OK) return status;
+        }
+        ecp_i_find_touching(s);
+    }
+    return ECP_OK;
+}
+
+/* the independent check: by their support functions, all patches are apart along their normals */
+static ecp_status ecp_i_verify(ecp_i_step *s)
+{
+    int i;
+    s->r->worst_gap = 0;
+    for (i = 0; i < s->pair_count; i++) {
+        const ecp_i_pair *c = s->pairs + i;
+        ecp_real gap = s->records[i].contact.separation;
+        ecp_real limit = -c->d_floor - 4 * s->o->tolerance * (s->h * c->V + c->a->shape.radius);
+        if (i == 0 || gap < s->r->worst_gap) s->r->worst_gap = gap;
+        if (!(gap >= limit)) {
+            return ecp_i_fail(s->r, ECP_NOT_SOLVED, c->a->body, c->shape_a, c->shape_b, gap, limit);
+        }
+    }
+    return ECP_OK;
+}
+
+/* x += dx with the rounding error kept for the next time (Knuth's two-sum) */
+static void ecp_i_add_carried(ecp_real *x, ecp_real *carry, ecp_real dx)
+{
+    ecp_real a = *x, b = *carry + dx, sum = a + b, b_part = sum - a;
+    *carry = (a - (sum - b_part)) + (b - b_part);
+    *x = sum;
+}
+
+static ecp_status ecp_i_commit(ecp_i_step *s)
+{
+    ecp_world *w = s->w;
+    ecp_i_body *bodies = ecp_i_bodies(w);
+    int i, k;
+    for (i = 0; i < w->bodies; i++) {
+        const ecp_i_motion *m = s->motions + i;
+        if (!ecp_i_all_finite(6, m->v) || !ecp_i_all_finite(3, m->dx) || !ecp_i_all_finite(9, m->R)) {
+            return ecp_i_fail(s->r, ECP_NOT_FINITE, i, -1, -1, m->v[0], 0);
+        }
+    }
+    for (i = 0; i < w->bodies; i++) {
+        const ecp_i_motion *m = s->motions + i;
+        ecp_i_body *b = bodies + i;
+        if (b->kind == ECP_STATIC) continue;
+        ecp_quat_advance(b->q, m->v + 3, s->h, b->q);
+        for (k = 0; k < 3; k++) ecp_i_add_carried(b->x + k, b->x_carry + k, m->dx[k]);
+        for (k = 0; m->dynamic && k < 6; k++) {
+            ecp_i_add_carried(b->v + k, b->v_carry + k, m->dv[k]);
+            b->force[k] = b->impulse[k] = 0;
+        }
+    }
+    w->patches = s->pair_count;
+    ECPSIM_MEMCPY(ecp_i_patches(w), s->records, (size_t)w->patches * sizeof(ecp_i_patch));
+    ECPSIM_MEMCPY(ecp_i_multipliers(w, 0), s->multipliers,
+                  (size_t)(w->patches * w->desc.max_inequalities) * sizeof(ecp_real));
+    return ECP_OK;
+}
+
+ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *options,
+                            ecp_report *report)
+{
+    ecp_options o = ecp_options_default();
+    ecp_report r;
+    ecp_i_step s;
+    ecp_status status;
+    int i;
+    ECPSIM_MEMSET(&r, 0, sizeof r);
+    r.body = r.shape_a = r.shape_b = -1;
+    if (options) o = *options;
+    status = world ? ecp_i_check_options(&o) : ECP_BAD_POINTER;
+    if (status == ECP_OK && !ecp_i_finite(h)) status = ecp_i_fail(&r, ECP_NOT_FINITE, -1, -1, -1, h, 0);
+    if (status == ECP_OK && !(h > 0)) status = ecp_i_fail(&r, ECP_BAD_STEP, -1, -1, -1, h, 0);
+    if (status == ECP_OK) {
+        ECPSIM_MEMSET(&s, 0, sizeof s);
+        s.w = world;
+        s.h = h;
+        s.o = &o;
+        s.r = &r;
+        s.arena.base = (unsigned char *)world;
+        s.arena.size = world->bytes;
+        s.arena.used = s.arena.high = world->state_bytes;
+        ecp_i_carve_step(&s.arena, world->bodies, world->desc.max_patches,
+                         world->desc.max_inequalities, &s);
+        for (i = 0; i < world->bodies; i++) {
+            ecp_i_predict(world, ecp_i_bodies(world) + i, h, s.motions + i);
+        }
+        status = ecp_i_solve_all(&s);
+        r.patches_kept = s.pair_count;
+        r.patches_left_out = s.left_out;
+        if (status == ECP_OK) status = ecp_i_verify(&s);
+        if (status == ECP_OK) status = ecp_i_commit(&s);
+        r.memory_used = s.arena.high;
+        /* work memory is zero outside a call: a failed step leaves no trace */
+        ECPSIM_MEMSET(s.arena.base + world->state_bytes, 0, s.arena.high - world->state_bytes);
+    }
+    r.status = status;
+    if (report) *report = r;
+    return status;
+}
+
+/* >>contacts */
+
+ECP_DEF int ecp_contact_count(const ecp_world *world)
+{
+    int i, count = 0;
+    for (i = 0; world && i < world->patches; i++) count += !ecp_i_patches(world)[i].guess;
+    return count;
+}
+
+ECP_DEF ecp_status ecp_contact_get(const ecp_world *world, int index, ecp_contact *contact)
+{
+    int i;
+    if (!world || !contact) return ECP_BAD_POINTER;
+    for (i = 0; i < world->patches; i++) {
+        const ecp_i_patch *p = ecp_i_patches(world) + i;
+        if (p->guess || index-- != 0) continue;
+        *contact = p->contact;
+        return ECP_OK;
+    }
+    return ECP_BAD_INDEX;
+}
+
+ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
+                                 const ecp_real point[3])
+{
+    const ecp_i_part *parts;
+    ecp_i_patch *list, *p;
+    ecp_real x[3], R[9], rel[3];
+    int i, at = 0, lo = shape_a < shape_b ? shape_a : shape_b, hi = shape_a + shape_b - lo;
+    if (!world || !point) return ECP_BAD_POINTER;
+    if (shape_a < 0 || shape_b < 0 || hi >= world->shapes || lo == hi) return ECP_BAD_INDEX;
+    if (!ecp_i_all_finite(3, point)) return ECP_NOT_FINITE;
+    parts = ecp_i_parts(world);
+    /* the ECP is kept on the primitive that a patch of the two calls A */
+    shape_a = parts[lo].shape.kind == ECP_HALF_SPACE ? hi : lo;
+    shape_b = lo + hi - shape_a;
+    if (parts[shape_a].shape.kind == ECP_HALF_SPACE || parts[lo].body == parts[hi].body) {
+        return ECP_BAD_KIND;
+    }
+    list = ecp_i_patches(world);
+    while (at < world->patches && ecp_i_patch_before(list + at, lo, hi)) at++;
+    if (at == world->patches || !ecp_i_patch_is(list + at, lo, hi)) {
+        if (world->patches == world->desc.max_patches) return ECP_CAPACITY;
+        for (i = world->patches++; i > at; i--) {
+            list[i] = list[i - 1];
+            ECPSIM_MEMCPY(ecp_i_multipliers(world, i), ecp_i_multipliers(world, i - 1),
+                          (size_t)world->desc.max_inequalities * sizeof(ecp_real));
+        }
+    }
+    p = list + at;
+    ECPSIM_MEMSET(p, 0, sizeof *p);
+    p->guess = 1;
+    p->contact.shape_a = shape_a;
+    p->contact.shape_b = shape_b;
+    ecp_shape_get(world, shape_a, NULL, NULL, x, R);
+    ecp_i_sub(point, x, rel);
+    ecp_i_mul_t(R, rel, p->a);
+    return ECP_OK;
+}
+
+/* >>printed ===============================================================================
+   The paper's equations, term by term as they are printed, on the states before and after a step.
+   Nothing here is shared with the solver but the shapes and the vectors. */
+
+/* |residual| against the size of what it is made of */
+static ecp_real ecp_i_relative(ecp_real residual, ecp_real size)
+{
+    return ecp_i_abs(residual) / ecp_i_max(size, ECP_I_EPSILON * ECP_I_EPSILON);
+}
+
+/* 0 <= x _|_ y >= 0, each in its own unit: the natural residual min(x, y) */
+static ecp_real ecp_i_complementarity(ecp_real x, ecp_real x_unit, ecp_real y, ecp_real y_unit)
+{
+    return ecp_i_abs(ecp_i_min(x / x_unit, y / y_unit));
+}
+
+static void ecp_i_worst(ecp_real *worst, ecp_real value)
+{
+    if (!(value <= *worst)) *worst = value;
+}
+
+typedef struct ecp_i_side {
+    const ecp_i_body *before, *after;
+    const ecp_i_part *part;
+    ecp_real Q[9], origin[3]; /* pose of the primitive after the step */
+    ecp_real v[6];            /* velocity after the step */
+} ecp_i_side;
+
+static void ecp_i_side_setup(const ecp_world *before, const ecp_world *after, int shape,
+                             ecp_i_side *s)
+{
+    ecp_real R[9];
+    int k;
+    s->part = ecp_i_parts(after) + shape;
+    s->before = ecp_i_bodies(before) + s->part->body;
+    s->after = ecp_i_bodies(after) + s->part->body;
+    ecp_quat_to_matrix(s->after->q, R);
+    ecp_i_matmul(R, s->part->rotation, s->Q);
+    ecp_i_mul(R, s->part->position, s->origin);
+    ecp_i_axpy(s->origin, 1, s->after->x, s->origin);
+    ecp_i_axpy(s->origin, 1, s->after->x_carry, s->origin);
+    for (k = 0; k < 6; k++) s->v[k] = s->after->v[k] + s->after->v_carry[k];
+}
+
+/* velocity of the body at the point x */
+static void ecp_i_side_velocity(const ecp_i_side *s, const ecp_real x[3], ecp_real v[3])
+{
+    ecp_real r[3];
+    ecp_i_sub(x, s->after->x, r);
+    ecp_i_copy3(s->v, v);
+    ecp_i_add_cross(s->v + 3, r, v);
+}
+
+/* value of f_i at the world point x, and its gradient in world axes */
+static void ecp_i_side_eval(const ecp_i_side *s, const ecp_real x[3], ecp_real *f, ecp_real *g,
+                            int i, ecp_real *value, ecp_real gradient[3])
+{
+    ecp_real rel[3], local[3];
+    ecp_i_sub(x, s->origin, rel);
+    ecp_i_mul_t(s->Q, rel, local);
+    s->part->shape.cls->eval(&s->part->shape, local, f, g);
+    *value = f[i];
+    ecp_i_mul(s->Q, g + 3 * i, gradient);
+}
+
+/* equation:friction and equation:friction_c of one patch */
+static void ecp_i_printed_friction(const ecp_contact *k, const ecp_i_side *A, const ecp_i_side *B,
+                                   ecp_real speed, ecp_real unit, ecp_printed *out)
+{
+    ecp_real va[3], vb[3], v[3], w[3], e[3], p[3], slip[3], cone, length;
+    int i;
+    if (!(k->mu > 0)) return;
+    ecp_i_side_velocity(A, k->point_a, va);
+    ecp_i_side_velocity(B, k->point_a, vb);
+    ecp_i_sub(va, vb, v);
+    ecp_i_sub(A->v + 3, B->v + 3, w);
+    ecp_i_set3(k->e_t, k->e_o, k->e_r, e);
+    ecp_i_set3(k->p_t, k->p_o, k->p_r, p);
+    ecp_i_set3(ecp_i_dot(k->direction_t, v), ecp_i_dot(k->direction_o, v), ecp_i_dot(k->normal, w),
+               slip);
+    cone = k->mu * k->mu * k->p_n * k->p_n;
+    for (i = 0; i < 3; i++) {
+        length = i < 2 ? 1 : ecp_i_max(k->e_r, ECP_I_EPSILON);
+        if (e[i] > 0) cone -= p[i] / e[i] * (p[i] / e[i]);
+        ecp_i_worst(&out->friction,
+                    ecp_i_relative(e[i] * e[i] * k->mu * k->p_n * slip[i] + p[i] * k->sigma,
+                                   ecp_i_max(1, k->e_t * k->e_t) * length * unit * speed));
+    }
+    ecp_i_worst(&out->friction_c,
+                ecp_i_complementarity(cone, unit * unit, k->sigma, speed));
+}
+
+/* equation:re_contact_multiple_1 to _5 of one patch. k1 is the constraint with the largest
+   multiplier; the printed l_k1 is the gap times it, the other printed multipliers are ours divided
+   by it. l: ours, those of A and then those of B (of a half-space: 1). */
+static void ecp_i_printed_contact(const ecp_contact *k, const ecp_i_side *A, const ecp_i_side *B,
+                                  const ecp_real *l, ecp_real *f, ecp_real *g, ecp_real speed,
+                                  ecp_real h, ecp_real unit, ecp_printed *out)
+{
+    int nl = A->part->shape.inequalities, plane = B->part->shape.kind == ECP_HALF_SPACE;
+    int nm = plane ? 1 : B->part->shape.inequalities, i, k1 = 0;
+    ecp_real size = A->part->shape.radius, cone_a[3] = {0, 0, 0}, cone_b[3] = {0, 0, 0};
+    ecp_real gradient[3], value, most = 0, l_k1, row[3], one = 1;
+    for (i = 1; i < nl; i++) {
+        if (l[i] > l[k1]) k1 = i;
+    }
+    l_k1 = k->gap * l[k1];
+    for (i = 0; i < nl; i++) {
+        ecp_real printed = i == k1 ? l_k1 : l[i] / l[k1];
+        ecp_i_side_eval(A, k->point_a, f, g, i, &value, gradient);
+        ecp_i_worst(&out->contact_3,
+                    ecp_i_complementarity(printed, i == k1 ? size : one, -value, size));
+        ecp_i_axpy(cone_a, i == k1 ? one : printed, gradient, cone_a);
+        ecp_i_side_eval(A, k->point_b, f, g, i, &value, gradient);
+        most = i ? ecp_i_max(most, value) : value;
+    }
+    for (i = 0; i < nm; i++) {
+        ecp_real printed = (plane ? one : l[nl + i]) / l[k1];
+        ecp_i_side_eval(B, k->point_b, f, g, i, &value, gradient);
+        ecp_i_worst(&out->contact_4, ecp_i_complementarity(printed, 1, -value, size));
+        ecp_i_axpy(cone_b, printed, gradient, cone_b);
+    }
+    for (i = 0; i < 3; i++) {
+        row[i] = k->point_a[i] - k->point_b[i] + l_k1 * cone_a[i];
+        ecp_i_worst(&out->contact_1, ecp_i_relative(row[i], size));
+        ecp_i_worst(&out->contact_2, ecp_i_relative(cone_a[i] + cone_b[i], 1 / l[k1]));
+    }
+    ecp_i_worst(&out->contact_5, ecp_i_complementarity(k->p_n, unit, most, h * speed));
+}
+
+/* equ:discrete_NE and equ:kinematic of one body; wrench: sum of W p */
+static void ecp_i_printed_body(const ecp_world *before, const ecp_world *after, int i, ecp_real h,
+                               const ecp_real wrench[6], ecp_real speed, ecp_printed *out)
+{
+    const ecp_i_body *b = ecp_i_bodies(before) + i, *a = ecp_i_bodies(after) + i;
+    ecp_real R[9], inertia[9], change[6], Iw[3], gyro[3], moved[3], q[4], v[6];
+    int k;
+    for (k = 0; k < 6; k++) {
+        v[k] = a->v[k] + a->v_carry[k];
+        change[k] = (a->v[k] - b->v[k]) + (a->v_carry[k] - b->v_carry[k]);
+    }
+    if (b->kind == ECP_DYNAMIC) {
+        ecp_real unit = b->mass * speed;
+        ecp_quat_to_matrix(b->q, R);
+        ecp_i_congruence(R, b->inertia, inertia);
+        ecp_i_mul(inertia, b->v + 3, Iw);
+        ecp_i_cross(b->v + 3, Iw, gyro);
+        ecp_i_mul(inertia, change + 3, Iw);
+        for (k = 0; k < 3; k++) {
+            ecp_real app = h * (b->mass * before->desc.gravity[k] + b->force[k]) + b->impulse[k];
+            ecp_real torque = h * (b->force[3 + k] - gyro[k]) + b->impulse[3 + k];
+            ecp_i_worst(&out->newton_euler,
+                        ecp_i_relative(b->mass * change[k] - wrench[k] - app, unit));
+            ecp_i_worst(&out->newton_euler,
+                        ecp_i_relative(Iw[k] - wrench[3 + k] - torque, unit * b->length));
+        }
+    }
+    if (b->kind == ECP_STATIC) return;
+    ecp_quat_advance(b->q, v + 3, h, q);
+    for (k = 0; k < 4; k++) ecp_i_worst(&out->kinematic, ecp_i_abs(q[k] - a->q[k]));
+    for (k = 0; k < 3; k++) {
+        moved[k] = (a->x[k] - b->x[k]) + (a->x_carry[k] - b->x_carry[k]);
+        ecp_i_worst(&out->kinematic, ecp_i_relative(moved[k] - h * v[k], h * speed));
+    }
+}
+
+/* W p of all patches on body i */
+static void ecp_i_printed_wrench(const ecp_world *after, int body, ecp_real wrench[6])
+{
+    int i, k;
+    for (k = 0; k < 6; k++) wrench[k] = 0;
+    for (i = 0; i < after->patches; i++) {
+        const ecp_contact *c = &ecp_i_patches(after)[i].contact;
+        ecp_real force[3], r[3], sign = c->body_a == body ? ECP_R(1) : ECP_R(-1);
+        if (ecp_i_patches(after)[i].guess || (c->body_a != body && c->body_b != body)) continue;
+        ecp_i_scale(sign * c->p_n, c->normal, force);
+        ecp_i_axpy(force, sign * c->p_t, c->direction_t, force);
+        ecp_i_axpy(force, sign * c->p_o, c->direction_o, force);
+        ecp_i_sub(c->point_a, ecp_i_bodies(after)[body].x, r);
+        ecp_i_axpy(wrench, 1, force, wrench);
+        ecp_i_add_cross(r, force, wrench + 3);
+        ecp_i_axpy(wrench + 3, sign * c->p_r, c->normal, wrench + 3);
+    }
+}
+
+/* the speed that residuals are measured by: the fastest motion before and after the step, or g h */
+static ecp_real ecp_i_printed_speed(const ecp_world *before, const ecp_world *after, ecp_real h)
+{
+    ecp_real speed = h * ecp_i_norm(before->desc.gravity), least = 0;
+    int i, k;
+    for (i = 0; i < before->bodies; i++) {
+        const ecp_i_body *b[2];
+        b[0] = ecp_i_bodies(before) + i;
+        b[1] = ecp_i_bodies(after) + i;
+        for (k = 0; k < 2; k++) {
+            speed = ecp_i_max(speed, ecp_i_norm(b[k]->v));
+            speed = ecp_i_max(speed, b[k]->length * ecp_i_norm(b[k]->v + 3));
+        }
+        least = ecp_i_max(least, 64 * ECP_I_EPSILON * b[0]->length / h);
+    }
+    return ecp_i_max(speed, least);
+}
+
+/* the most inequalities that the printed equations are evaluated for at once */
+#define ECP_I_PRINTED_INEQUALITIES 64
+
+ECP_DEF ecp_status ecp_printed_residual(const ecp_world *before, const ecp_world *after,
+                                        ecp_real h, ecp_printed *printed)
+{
+    ecp_real f[ECP_I_PRINTED_INEQUALITIES], g[3 * ECP_I_PRINTED_INEQUALITIES], wrench[6], speed;
+    ecp_real all[9];
+    int i;
+    if (!before || !after || !printed) return ECP_BAD_POINTER;
+    if (!ecp_i_finite(h)) return ECP_NOT_FINITE;
+    if (!(h > 0)) return ECP_BAD_STEP;
+    if (before->bodies != after->bodies || before->shapes != after->shapes) return ECP_BAD_INDEX;
+    if (after->desc.max_inequalities > ECP_I_PRINTED_INEQUALITIES) return ECP_CAPACITY;
+    ECPSIM_MEMSET(printed, 0, sizeof *printed);
+    speed = ecp_i_printed_speed(before, after, h);
+    for (i = 0; i < after->bodies; i++) {
+        ecp_i_printed_wrench(after, i, wrench);
+        ecp_i_printed_body(before, after, i, h, wrench, speed, printed);
+    }
+    for (i = 0; i < after->patches; i++) {
+        const ecp_contact *k = &ecp_i_patches(after)[i].contact;
+        ecp_i_side A, B;
+        ecp_real unit;
+        if (ecp_i_patches(after)[i].guess) continue;
+        ecp_i_side_setup(before, after, k->shape_a, &A);
+        ecp_i_side_setup(before, after, k->shape_b, &B);
+        unit = speed * ecp_i_max(A.after->mass, B.after->mass);
+        ecp_i_printed_friction(k, &A, &B, speed, unit, printed);
+        ecp_i_printed_contact(k, &A, &B, ecp_i_multipliers(after, i), f, g, speed, h, unit, printed);
+    }
+    all[0] = printed->newton_euler;
+    all[1] = printed->kinematic;
+    all[2] = printed->friction;
+    all[3] = printed->friction_c;
+    all[4] = printed->contact_1;
+    all[5] = printed->contact_2;
+    all[6] = printed->contact_3;
+    all[7] = printed->contact_4;
+    all[8] = printed->contact_5;
+    for (i = 0; i < 9; i++) ecp_i_worst(&printed->largest, all[i]);
+    return ECP_OK;
+}
+
+/* >>translation: the closed form. With N = max(0, -n.J - m n.v) for the sum of the normal impulses and T = (m v + J) without its
+   normal part, friction is -e mu N T / |T| while |T| > e mu N (slip), else -T (stick). */
+ECP_DEF ecp_mode ecp_translation_step(ecp_real mass, const ecp_real normal[3], ecp_real mu,
+                                      ecp_real e, const ecp_real J[3], const ecp_real v[3],
+                                      ecp_real v_out[3], ecp_real impulse[3])
+{
+    ecp_real momentum[3], T[3], along, N, size, friction;
+    ecp_mode mode = ECP_STICK;
+    ecp_i_axpy(J, mass, v, momentum);
+    along = ecp_i_dot(normal, momentum);
+    N = ecp_i_max(0, -along);
+    ecp_i_axpy(momentum, -along, normal, T);
+    size = ecp_i_norm(T);
+    friction = ecp_i_min(size, e * mu * N);
+    if (size > friction) mode = ECP_SLIP;
+    if (along > 0) mode = ECP_APART;
+    ecp_i_scale(N, normal, impulse);
+    if (size > 0) ecp_i_axpy(impulse, -friction / size, T, impulse);
+    ecp_i_axpy(momentum, 1, impulse, momentum);
+    ecp_i_scale(1 / mass, momentum, v_out);
+    return mode;
+}
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* ECPSIM_IMPLEMENTED */
+#endif /* ECPSIM_IMPLEMENTATION */
+

@@ -1075,7 +1075,7 @@ ECP_DEF int ecp_eliminate(ecp_real *A, int ld, int all_rows, int all_cols, int r
      MEETING      least determinant of three normals whose common point is looked at. Small, because
                   an ill-determined point is no harm: it is on its own planes to rounding, and
                   has to be inside the others
-     TIE          rounding of n.v when the farthest vertices are compared
+     TIE          rounding of n.v, and of the sine between n and a face, for support points
      CLOSED       part of the surface's area that its area vectors may leave open */
 #define ECP_I_POLY_UNIT ECP_R(1e-6)
 #define ECP_I_POLY_INSIDE ECP_I_BY_PRECISION(4e-6, 1e-12)
@@ -1558,41 +1558,81 @@ static void ecp_i_polytope_eval(const ecp_shape *s, const ecp_real x[3], ecp_rea
     }
 }
 
-/* the mean of the farthest vertex v and of all w whose difference v - w is within `flat` of being
-   normal to n: n.(v - w) <= flat |v - w| */
-static void ecp_i_polytope_support(const ecp_shape *s, const ecp_real n[3], ecp_real flat,
-                                   ecp_real x[3])
-{
-    const ecp_real tie = ECP_I_POLY_TIE * s->size[0];
-    const ecp_real *v = s->vertices;
-    ecp_real sum[3] = {0, 0, 0};
-    ecp_real top;
-    int best = 0, number = 0;
-
-    for (int i = 1; i < s->vertex_count; ++i) {
-        if (ecp_i_dot(n, v + 3 * i) > ecp_i_dot(n, v + 3 * best)) {
-            best = i;
-        }
-    }
-    top = ecp_i_dot(n, v + 3 * best);
-    for (int i = 0; i < s->vertex_count; ++i) {
-        ecp_real d[3];
-        ecp_i_set3(v[3 * best] - v[3 * i], v[3 * best + 1] - v[3 * i + 1], v[3 * best + 2] - v[3 * i + 2], d);
-        if (top - ecp_i_dot(n, v + 3 * i) <= flat * ecp_i_norm(d) + tie) {
-            ecp_i_set3(sum[0] + v[3 * i], sum[1] + v[3 * i + 1], sum[2] + v[3 * i + 2], sum);
-            ++number;
-        }
-    }
-    for (int k = 0; k < 3; ++k) {
-        x[k] = sum[k] / (ecp_real)number;
-    }
-}
-
 /* is vertex v on face i? */
 static int ecp_i_polytope_on(const ecp_shape *s, int i, int v)
 {
     const ecp_real height = ecp_i_plane_height(s->planes + 4 * i, s->vertices + 3 * v);
     return ecp_i_abs(height) <= ECP_I_POLY_SAME * s->size[0];
+}
+
+/* the mean of the vertices on face i; returns how many there are */
+static int ecp_i_polytope_middle(const ecp_shape *s, int i, ecp_real mean[3])
+{
+    ecp_real sum[3] = {0, 0, 0};
+    int number = 0;
+
+    for (int v = 0; v < s->vertex_count; ++v) {
+        if (ecp_i_polytope_on(s, i, v)) {
+            const ecp_real *p = s->vertices + 3 * v;
+            ecp_i_set3(sum[0] + p[0], sum[1] + p[1], sum[2] + p[2], sum);
+            ++number;
+        }
+    }
+    for (int k = 0; k < 3 && number > 0; ++k) {
+        mean[k] = sum[k] / (ecp_real)number;
+    }
+    return number;
+}
+
+/* v is the farthest vertex. Of the faces at v, the one turned least from n, by a sine |n x n_i|; of
+   the edges at v, the one that falls off least, by a sine n.(v - w) / |v - w|. No list of edges is
+   needed: all other vertices are in the cone of the edges from v, in which an edge falls off least */
+static void ecp_i_polytope_support(const ecp_shape *s, const ecp_real n[3], ecp_real flat,
+                                   ecp_real x[3])
+{
+    const ecp_real *v = s->vertices, *end = s->vertices;
+    ecp_real least = ECP_R(1);
+    int best = 0, face = -1, flat_enough = 0;
+
+    for (int i = 1; i < s->vertex_count; ++i) {
+        if (ecp_i_dot(n, s->vertices + 3 * i) > ecp_i_dot(n, v)) {
+            v = s->vertices + 3 * i;
+            best = i;
+        }
+    }
+
+    /* a face */
+    for (int i = 0; i < s->inequalities; ++i) {
+        ecp_real across[3], sine;
+        ecp_i_cross(n, s->planes + 4 * i, across);
+        sine = ecp_i_norm(across);
+        if (sine < least && ecp_i_dot(n, s->planes + 4 * i) > ECP_R(0) &&
+            ecp_i_polytope_on(s, i, best)) {
+            least = sine;
+            face = i;
+        }
+    }
+    if (face >= 0 && least <= flat + ECP_I_POLY_TIE) {
+        (void)ecp_i_polytope_middle(s, face, x);
+        return;
+    }
+
+    /* an edge, or v itself */
+    least = ECP_R(2);
+    for (int i = 0; i < s->vertex_count; ++i) {
+        const ecp_real *w = s->vertices + 3 * i;
+        const ecp_real d[3] = {v[0] - w[0], v[1] - w[1], v[2] - w[2]};
+        const ecp_real fall = ecp_i_dot(n, d), length = ecp_i_norm(d);
+        if (i != best && fall < least * length) {
+            least = fall / length;
+            flat_enough = fall <= flat * length + ECP_I_POLY_TIE * s->size[0];
+            end = w;
+        }
+    }
+    ecp_i_copy3(v, x);
+    for (int k = 0; k < 3 && flat_enough; ++k) {
+        x[k] = ECP_R(0.5) * (v[k] + end[k]);
+    }
 }
 
 /* are all vertices of face i also vertices of face j? */
@@ -1610,17 +1650,7 @@ static int ecp_i_polytope_within(const ecp_shape *s, int i, int j)
    vertex only, or repeats another face. Of planes with the same vertices the first counts */
 static int ecp_i_polytope_face(const ecp_shape *s, int i, ecp_real mean[3])
 {
-    ecp_real sum[3] = {0, 0, 0};
-    int number = 0;
-
-    for (int v = 0; v < s->vertex_count; ++v) {
-        if (ecp_i_polytope_on(s, i, v)) {
-            const ecp_real *p = s->vertices + 3 * v;
-            ecp_i_set3(sum[0] + p[0], sum[1] + p[1], sum[2] + p[2], sum);
-            ++number;
-        }
-    }
-    if (number < 3) {
+    if (ecp_i_polytope_middle(s, i, mean) < 3) {
         return 0;
     }
     for (int j = 0; j < s->inequalities; ++j) {
@@ -1628,9 +1658,6 @@ static int ecp_i_polytope_face(const ecp_shape *s, int i, ecp_real mean[3])
             (j < i || !ecp_i_polytope_within(s, j, i))) {
             return 0;
         }
-    }
-    for (int k = 0; k < 3; ++k) {
-        mean[k] = sum[k] / (ecp_real)number;
     }
     return 1;
 }
@@ -1671,8 +1698,8 @@ static ecp_real ecp_i_square_angle(const ecp_real p[3], const ecp_real o[3], con
     return y >= ECP_R(0) ? ECP_R(1) - x / l : ECP_R(3) + x / l;
 }
 
-/* integrals over a polytope about the origin `o`: volume, int x, int x x^T (its lower triangle), and
-   the sum of all area vectors and of their lengths */
+/* integrals over a polytope about the origin `o`: volume, int x, int x x^T (lower triangle), and
+   the sums of all area vectors and of their lengths */
 typedef struct ecp_i_integrals {
     ecp_real o[3];
     ecp_real volume, first[3], second[9];
@@ -2843,6 +2870,7 @@ typedef struct ecp_i_pair {
     ecp_real force[3];               /* impulse on A */
     ecp_real p[4];                   /* p_n / P, y */
     ecp_real z[3], radius, z_norm;   /* argument of the projection, mu p_n, |z| */
+    ecp_real outer;                  /* max(|z|, radius), by which the projection divides */
     ecp_real tau;                    /* smoothing of the complementarity rows */
 
     /* the Newton block (see elimination) */
@@ -2941,6 +2969,17 @@ static void ecp_i_pair_normal(ecp_i_pair *c, const ecp_real *y, const ecp_real r
     c->d_noise = c->d_floor;
 }
 
+/* The projection on the ball of the radius mu p_n is z radius / max(|z|, radius); |z|, the positive
+   part of p_n and the maximum are smoothed by tau. */
+static void ecp_i_projection(ecp_i_pair *c)
+{
+    ecp_real tau2 = c->tau * c->tau, p = c->p[0], apart;
+    c->z_norm = ecp_i_sqrt(c->z_norm + tau2);
+    c->radius = c->mu * (p + ecp_i_sqrt(p * p + tau2)) / 2;
+    apart = c->z_norm - c->radius;
+    c->outer = (c->z_norm + c->radius + ecp_i_sqrt(apart * apart + tau2)) / 2;
+}
+
 /* Everything that the residual and its derivative need, from the patch's unknowns y and the trial
    motion of the two bodies. */
 static void ecp_i_pair_evaluate(ecp_i_pair *c, const ecp_real *y, ecp_real h)
@@ -2981,8 +3020,7 @@ static void ecp_i_pair_evaluate(ecp_i_pair *c, const ecp_real *y, ecp_real h)
         c->z[k] = p[1 + k] - c->rho * w[k];
         c->z_norm += c->z[k] * c->z[k];
     }
-    c->z_norm = ecp_i_sqrt(c->z_norm);
-    c->radius = c->mu * ecp_i_max(p[0], 0);
+    ecp_i_projection(c);
 }
 
 /* moment impulse on A about the normal, and the whole moment about a point r away from a */
@@ -3027,7 +3065,8 @@ static void ecp_i_pair_residual(const ecp_i_pair *c, const ecp_real *y, ecp_real
         F[row++] = ecp_i_fb(y[ecp_i_at_m(c) + i], -c->fb[i] / c->L, c->tau, &da, &db);
     }
     F[row++] = ecp_i_fb(c->p[0], c->d / (h * c->V), c->tau, &da, &db);
-    shrink = c->nf && c->z_norm > c->radius ? c->radius / c->z_norm : ECP_R(1);
+    shrink = c->nf && c->z_norm > c->radius ? c->radius / c->outer : ECP_R(1);
+    if (c->nf && c->tau > 0) shrink = c->radius / c->outer;
     for (k = 0; k < c->nf; k++) F[row++] = c->p[1 + k] - shrink * c->z[k];
 }
 
@@ -3075,26 +3114,30 @@ static int ecp_i_pair_column(const ecp_i_pair *c, const ecp_i_change *t, ecp_rea
     return row;
 }
 
-/* friction rows: y - P(z), dP = (radius / |z|) (dz - u u.dz) + u d radius outside, u = z / |z|,
-   and dP = dz inside the cone */
+/* friction rows: y - P(z) with P = radius z / outer. Without smoothing that is dP = dz inside the
+   cone, and (radius / |z|) (dz - u u.dz) + u d radius with u = z / |z| outside. */
 static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_change *t, const ecp_real dN[3],
                                   const ecp_real dt[3], const ecp_real d_o[3], ecp_real *column)
 {
-    ecp_real dz[3], along = 0;
+    ecp_real dz[3], along = 0, d_radius, apart = c->z_norm - c->radius, tau2 = c->tau * c->tau;
+    ecp_real q = ecp_i_sqrt(apart * apart + tau2), p = c->p[0], size = ecp_i_sqrt(p * p + tau2), slope;
     int k, ld = c->columns;
     dz[0] = ecp_i_dot(dt, c->v) + ecp_i_dot(c->t, t->v);
     dz[1] = ecp_i_dot(d_o, c->v) + ecp_i_dot(c->o, t->v);
     dz[2] = ecp_i_dot(dN, c->spin) + ecp_i_dot(c->N, t->spin);
     for (k = 0; k < c->nf; k++) dz[k] = t->p[1 + k] - c->rho * c->e[k] * dz[k] / c->V;
-    if (c->z_norm <= c->radius) {
+    if (!(c->outer > 0) || (!(tau2 > 0) && apart <= 0)) {
         for (k = 0; k < c->nf; k++) column[ld * k] = t->p[1 + k] - dz[k];
         return;
     }
-    for (k = 0; k < c->nf; k++) along += c->z[k] / c->z_norm * dz[k];
+    for (k = 0; k < c->nf; k++) along += c->z[k] * dz[k] / c->z_norm;
+    /* d outer = slope d|z| + (1 - slope) d radius */
+    slope = (1 + apart / q) / 2;
+    d_radius = c->mu * (size > 0 ? (1 + p / size) / 2 : ECP_R(1)) * t->p[0];
     for (k = 0; k < c->nf; k++) {
-        ecp_real u = c->z[k] / c->z_norm;
-        column[ld * k] = t->p[1 + k] - c->radius / c->z_norm * (dz[k] - along * u);
-        if (c->p[0] >= 0) column[ld * k] -= c->mu * u * t->p[0];
+        ecp_real d_outer = slope * along + (1 - slope) * d_radius;
+        column[ld * k] = t->p[1 + k] - (c->radius * dz[k] + c->z[k] * d_radius -
+                                        c->radius * c->z[k] * d_outer / c->outer) / c->outer;
     }
 }
 

@@ -1,3 +1,85 @@
+/* ecpsim.h - rigid bodies whose contacts are patches, one equation system a step
+
+   A single C file, no dependency but sqrt, memcpy and memset. In ONE unit of your program:
+
+       #define ECPSIM_IMPLEMENTATION
+       #include "ecpsim.h"
+
+   and plain #include "ecpsim.h" elsewhere. Licence: MIT or public domain, see the end of the file.
+
+   CONTENTS (search for the marker)
+       >>manual       this text                >>linear       dense linear algebra
+       >>config       real type, linkage       >>shapes       primitives
+       >>linear-api   dense linear algebra     >>world        memory, bodies
+       >>shapes-api   primitives               >>motion       a body within a step
+       >>world-api    memory, bodies, loads    >>equations    residual and Jacobian of a patch
+       >>step-api     options, step, contacts  >>elimination  one Newton step of an island
+       >>check-api    the paper's equations    >>newton       the globalisation, the general solver
+       >>mcp-api      general solver           >>distance     starts without a history
+                                               >>step         predict, solve, verify, commit
+                                               >>printed      the paper's equations, as a check
+
+   >>manual
+
+   WHAT IT SOLVES
+   Bodies are unions of convex primitives. Wherever two primitives touch there is a patch: a point,
+   a line or a surface. Following Xie & Chakraborty, "Rigid Body Dynamic Simulation with Multiple
+   Convex Contact Patches" (DETC2018-85429), each patch acts through one equivalent contact point
+   (ECP), and a time step is one mixed nonlinear complementarity problem for the velocities, the
+   ECPs and the impulses (normal, friction and torsion) at the END of the step. Contact detection
+   is part of the problem, so bodies end a step without penetration, and a body that stands on
+   three legs or on a face needs no hand-picked contact points. ecp_step() solves it to rounding,
+   checks the answer by support functions, and commits it; or it returns a status and has changed
+   nothing.
+
+   A COMPLETE PROGRAM (examples/minimal.c)
+
+@PROGRAM@
+
+   OPTIONS
+   ecp_step() takes ecp_options or NULL. `rule` chooses among the many solutions that a body on two
+   or more patches has: ECP_CENTRED (the default) is a function of the state alone, ECP_NEAREST
+   stays near the last step's, or near ecp_guess_ecp(). `tolerance` bounds the residual in scaled
+   units, `max_iterations` and `fallbacks` the work. Compile-time macros, to be defined alike before
+   every inclusion:
+
+       ECPSIM_FLOAT     single precision everywhere (own symbols: mixing does not link)
+       ECPSIM_STATIC    public functions are static; for one unit that keeps them to itself
+       ECPSIM_SQRT(x)   instead of sqrt of <math.h>; correctly rounded, or bits differ
+       ECPSIM_MEMCPY, ECPSIM_MEMSET   instead of <string.h>, both or none
+       ECPSIM_ASSERT(x) instead of assert; guards against the library's own errors only
+
+   MEMORY
+   ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
+   allocated. The stack stays small and bounded. A world contains no address of itself: copying the
+   block copies the world, copying it back restores it. Different worlds may run on different threads.
+
+   ERRORS
+   Every call that can fail returns ecp_status: zero is success, ecp_status_string() a sentence.
+   Bad input (NaN, negative sizes, a tetrahedron that is open, ...) always gets its own status and
+   changes nothing. A step fails with ECP_NOT_SOLVED, or with ECP_CAPACITY where the description was
+   too small; ecp_report then says at which body or shapes, with which value, against which limit.
+
+   UNITS AND FRAMES
+   SI units or any consistent ones. Right-handed world frame; no axis is special. Body frames have
+   their origin at the centre of mass. Quaternions are (w, x, y, z) and turn body axes into world
+   axes; matrices are row major. Velocities and angular velocities are in world axes. Contact
+   normals point from B to A; impulses are those on A.
+
+   DETERMINISM
+   A step uses + - * / and sqrt in a fixed order, so a world is a function of its calls, bit for
+   bit, on one compiler and machine. Compile with -ffp-contract=off, without -ffast-math, for bits
+   that do not depend on the compiler; `make test` compares them between the compilers it finds.
+
+   LIMITS
+   First order in h, like every time-stepping scheme of this kind; impacts do not bounce. Two thin bodies
+   that pass each other entirely within one step are not seen. A cone's tip is a disc of a millionth
+   of its size. With several contacts the impulses are one solution of many. The elimination is dense
+   over the bodies of an island: a handful of touching bodies, not yet hundreds.
+
+   EQUATIONS
+   docs/model.md derives them, docs/numerics.md the solver. Comments name the paper's LaTeX labels. */
+
 /* >>config ================================================================================ */
 
 #ifndef ECPSIM_H
@@ -497,6 +579,9 @@ typedef struct ecp_report {
     ecp_real natural_residual;   /* max |F_i| */
     ecp_real worst_gap;          /* the least separation of a patch, m; below zero: penetration */
     ecp_real worst_cone;         /* max of |y| - mu p_n over the patches, N s; y as in docs/model.md */
+    ecp_real largest_turn;       /* max of h |w| over the bodies, rad. A step that turns a body by
+                                    more than about 0.1 may have several solutions, of which the
+                                    one nearest to the start is taken */
     size_t memory_used;          /* high-water mark of the block, bytes */
 } ecp_report;
 
@@ -2866,6 +2951,7 @@ typedef struct ecp_i_pair {
     ecp_real rb2[3];                 /* from B's to a2 */
     ecp_real b_local[3], d;
     ecp_real d_floor, d_noise;       /* rounding error of the gap as a distance, and in its row */
+    ecp_real n_noise;                /* and of the rows of the normal, from the last Newton step */
     ecp_real v[3], spin[3];          /* of A relative to B at a */
     ecp_real force[3];               /* impulse on A */
     ecp_real p[4];                   /* p_n / P, y */
@@ -3384,24 +3470,36 @@ static void ecp_i_target(const ecp_i_pair *c, const ecp_real *y, ecp_real da[3],
     for (k = 0; k <= c->nf; k++) dp[k] = -c->p[k];
 }
 
+/* what the rounding of a point x does to a normal with this Hessian: much at a sharp tip */
+static ecp_real ecp_i_normal_noise(const ecp_real H[9], const ecp_real x[3])
+{
+    ecp_real size = 0;
+    int k;
+    for (k = 0; k < 9; k++) size = ecp_i_max(size, ecp_i_abs(H[k]));
+    return 2 * ECP_I_EPSILON * size * ecp_i_norm(x);
+}
+
 /* Fills the block at the point of the last evaluation and eliminates what can be. F: the patch's
    rows. With `centring` the unknowns are counted from the target, so that the least step is the one
    that ends nearest to it. */
 static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F, ecp_real h,
                              int centring)
 {
-    ecp_real a[3], shift_a[3], shift_b[3] = {0, 0, 0}, da[3], *rhs;
+    ecp_real a[3], b[3], shift_a[3], shift_b[3] = {0, 0, 0}, da[3], *rhs;
     ecp_real kink = centring ? ecp_i_sqrt(ECP_I_EPSILON) : ECP_R(0);
     ecp_i_change t;
     int i, k, rows, row, bodies = c->ma->dynamic + c->mb->dynamic;
     ecp_i_scale(c->L, y, a);
     ecp_i_hessian(&c->a->shape, a, y + 3, c->L, c->Ha);
+    c->n_noise = ecp_i_normal_noise(c->Ha, y);
     c->kl = ecp_i_condense(c->nl, y + 3, c->fa, c->ga, c->L, c->tau, kink, c->fixed_a, c->slope_a,
                            c->active_a, c->Ha, shift_a);
     c->km = 0;
     if (!c->plane) {
         const ecp_real *m = y + ecp_i_at_m(c);
         ecp_i_hessian(&c->b->shape, c->b_local, m, c->L, c->Hb);
+        ecp_i_scale(1 / c->L, c->b_local, b);
+        c->n_noise += ecp_i_normal_noise(c->Hb, b);
         c->km = ecp_i_condense(c->nm, m, c->fb, c->gb, c->L, c->tau, kink, c->fixed_b, c->slope_b,
                                c->active_b, c->Hb, shift_b);
     }
@@ -3694,6 +3792,7 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real ta
         for (r = c->at; r < c->at + c->count; r++) {
             ecp_real size = ecp_i_abs(F[r]);
             if (r == gap) size -= c->d_noise / (s->h * c->V);
+            if (r < c->at + (c->plane ? 3 : 4)) size -= c->n_noise;
             if (!(size <= worst)) worst = size;
         }
     }
@@ -3786,7 +3885,7 @@ static ecp_real ecp_i_largest(int n, const ecp_real *F)
 }
 
 /* how far below the tolerance Newton aims, and a warm start has to be to need no iteration */
-#define ECP_I_AIM ECP_R(1e3)
+#define ECP_I_AIM ECP_R(1e4)
 #define ECP_I_CONTENT ECP_R(1e2)
 
 /* how many of the last merits a new one may compare itself with */
@@ -4675,23 +4774,32 @@ static void ecp_i_set_direction(ecp_i_pair *c)
     c->direction[best] = 1;
 }
 
-/* the solution of the last step, in this step's units */
+/* the geometry of the last step's solution, in this step's units; impulses zero */
 static void ecp_i_start_warm(const ecp_i_island *s, const ecp_i_pair *c, ecp_real *y)
 {
     const ecp_i_patch *old = ecp_i_patches(s->world) + c->old;
     const ecp_contact *contact = &old->contact;
     const ecp_real *multipliers = ecp_i_multipliers(s->world, c->old);
-    ecp_real *p = y + ecp_i_at_p(c), P[4];
     int i;
     ecp_i_scale(1 / c->L, old->a, y);
     for (i = 0; i < c->nl; i++) y[3 + i] = multipliers[i];
     for (i = 0; i < c->nm; i++) y[ecp_i_at_m(c) + i] = multipliers[c->nl + i];
     if (!c->plane) y[ecp_i_at_d(c)] = contact->gap / (s->h * c->V);
-    P[0] = contact->p_n;
-    P[1] = contact->p_t;
-    P[2] = contact->p_o;
-    P[3] = contact->p_r;
-    for (i = 0; i <= c->nf; i++) p[i] = P[i] / (c->P * (i ? c->e[i - 1] : 1));
+    for (i = 0; i <= c->nf; i++) y[ecp_i_at_p(c) + i] = 0;
+}
+
+/* the impulses of the last step, from its tangents to this step's, which must be known */
+static void ecp_i_start_impulses(const ecp_i_island *s, const ecp_i_pair *c, ecp_real *y)
+{
+    const ecp_contact *old = &ecp_i_patches(s->world)[c->old].contact;
+    ecp_real *p = y + ecp_i_at_p(c), tangential[3];
+    p[0] = old->p_n / c->P;
+    if (c->nf == 0) return;
+    ecp_i_scale(old->p_t, old->direction_t, tangential);
+    ecp_i_axpy(tangential, old->p_o, old->direction_o, tangential);
+    p[1] = ecp_i_dot(c->t, tangential) / (c->e[0] * c->P);
+    p[2] = ecp_i_dot(c->o, tangential) / (c->e[1] * c->P);
+    if (c->nf == 3) p[3] = old->p_r / (c->e[2] * c->P);
 }
 
 /* A point of A's surface beside the one that a geometric start would take: where the normal, tilted
@@ -4730,8 +4838,9 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
+        int warm = k == 0 && old && !old->guess;
         c->tau = 0;
-        if (k == 0 && old && !old->guess) ecp_i_start_warm(s, c, z + c->at);
+        if (warm) ecp_i_start_warm(s, c, z + c->at);
         else ecp_i_start_geometric(c, s->h, k == 0 && old ? old->a : NULL, z + c->at);
         ecp_i_pair_evaluate(c, z + c->at, s->h);
         ecp_i_set_direction(c);
@@ -4740,6 +4849,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
             ecp_i_aside(c, k, aside);
             ecp_i_start_geometric(c, s->h, aside, z + c->at);
         }
+        if (warm) ecp_i_start_impulses(s, c, z + c->at);
         ecp_i_pair_evaluate(c, z + c->at, s->h);
         if (c->ma->dynamic) ecp_i_wrench(c, c->ma, c->ra, 1);
         if (c->mb->dynamic) ecp_i_wrench(c, c->mb, c->rb, -1);
@@ -5058,6 +5168,9 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
             ecp_i_predict(world, ecp_i_bodies(world) + i, h, s.motions + i);
         }
         status = ecp_i_solve_all(&s);
+        for (i = 0; i < world->bodies; i++) {
+            r.largest_turn = ecp_i_max(r.largest_turn, h * ecp_i_norm(s.motions[i].v + 3));
+        }
         r.patches_kept = s.pair_count;
         r.patches_left_out = s.left_out;
         if (status == ECP_OK) status = ecp_i_verify(&s);
@@ -5408,3 +5521,34 @@ ECP_DEF ecp_mode ecp_translation_step(ecp_real mass, const ecp_real normal[3], e
 #endif /* ECPSIM_IMPLEMENTED */
 #endif /* ECPSIM_IMPLEMENTATION */
 
+/* >>licence ===============================================================================
+   This software is available under two licences; choose whichever you prefer.
+
+   ALTERNATIVE A - MIT License
+   Copyright (c) 2026 the ecpsim authors
+   Permission is hereby granted, free of charge, to any person obtaining a copy of this software and
+   associated documentation files (the "Software"), to deal in the Software without restriction,
+   including without limitation the rights to use, copy, modify, merge, publish, distribute,
+   sublicense, and/or sell copies of the Software, and to permit persons to whom the Software is
+   furnished to do so, subject to the following conditions: The above copyright notice and this
+   permission notice shall be included in all copies or substantial portions of the Software.
+   THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR IMPLIED, INCLUDING BUT
+   NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY, FITNESS FOR A PARTICULAR PURPOSE AND
+   NONINFRINGEMENT. IN NO EVENT SHALL THE AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM,
+   DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM, OUT
+   OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.
+
+   ALTERNATIVE B - Public Domain (www.unlicense.org)
+   This is free and unencumbered software released into the public domain. Anyone is free to copy,
+   modify, publish, use, compile, sell, or distribute this software, either in source code form or
+   as a compiled binary, for any purpose, commercial or non-commercial, and by any means. In
+   jurisdictions that recognize copyright laws, the author or authors of this software dedicate any
+   and all copyright interest in the software to the public domain. We make this dedication for the
+   benefit of the public at large and to the detriment of our heirs and successors. We intend this
+   dedication to be an overt act of relinquishment in perpetuity of all present and future rights to
+   this software under copyright law.
+   THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR IMPLIED, INCLUDING BUT
+   NOT LIMITED TO THE WARRANTIES OF MERCHANTABILITY, FITNESS FOR A PARTICULAR PURPOSE AND
+   NONINFRINGEMENT. IN NO EVENT SHALL THE AUTHORS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER
+   LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM, OUT OF OR IN
+   CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE. */

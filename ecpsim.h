@@ -125,7 +125,6 @@ typedef double ecp_real;
 #define ecp_qr_apply_q ecp_f32_qr_apply_q
 #define ecp_least_squares ecp_f32_least_squares
 #define ecp_eliminate ecp_f32_eliminate
-#define ecp_back_substitute ecp_f32_back_substitute
 #define ecp_quat_to_matrix ecp_f32_quat_to_matrix
 #define ecp_quat_multiply ecp_f32_quat_multiply
 #define ecp_quat_advance ecp_f32_quat_advance
@@ -3014,9 +3013,9 @@ static ecp_real ecp_i_plane_gap_after(ecp_i_pair *c, const ecp_real ra0[3])
     d0 = ecp_i_dot(N0, rel) - size[3];
     c->d_floor = ECP_I_EPSILON * (ecp_i_norm(c->offset) + ecp_i_norm(ra0) + ecp_i_norm(origin) +
                                   ecp_i_abs(size[3]));
-    c->d_noise = 0;
+    c->d_noise = c->d_floor;
+    if (ecp_i_abs(d0) <= c->d_floor / 2) c->d_noise = ECP_I_EPSILON * ecp_i_norm(ra0);
     if (ecp_i_abs(d0) <= c->d_floor) d0 = 0;
-    else c->d_noise = c->d_floor;
     ecp_i_sub(ma->dx, mb->dx, moved);
     ecp_i_mul(ma->T, ra0, turned);
     ecp_i_axpy(moved, 1, turned, moved);
@@ -3651,7 +3650,7 @@ typedef struct ecp_i_front {
 static int ecp_i_front_solve(ecp_i_front *f)
 {
     int n = f->n, K = f->K, i, j, k, rank_c, rank_b, ld = n + 1;
-    ecp_real tolerance = 4096 * ECP_I_EPSILON, *W = f->work;
+    ecp_real tolerance = 64 * ECP_I_EPSILON, *W = f->work;
     for (i = 0; i < K; i++) {
         ecp_real *row = f->C + n * i, size = 0;
         for (j = 0; j < n; j++) size = ecp_i_max(size, ecp_i_abs(row[j]));
@@ -3859,6 +3858,8 @@ typedef struct ecp_i_problem {
     int (*step)(void *self, const ecp_real *z, const ecp_real *F, ecp_real *dz);
     /* the k-th start (0: warm, 1: geometric, then disturbed ones); 0: no more */
     int (*start)(void *self, int k, ecp_real *z);
+    /* betters a z at which Newton has stalled, or NULL */
+    void (*repair)(void *self, ecp_real *z);
     ecp_real *F, *dz, *trial; /* n each */
 } ecp_i_problem;
 
@@ -3894,17 +3895,18 @@ static ecp_real ecp_i_largest(int n, const ecp_real *F)
 /* Newton from z, with a non-monotone Armijo line search on |F|^2 / 2. Returns 1 with z solved to
    the tolerance, or 0. It aims at rounding, and is content with the tolerance, or with a rounding
    floor above it, only where another iteration does not halve the residual: what one step misses is
-   missed again by the warm start of the next, and adds up. A start below `content` is left as it
-   is. */
-static int ecp_i_newton(const ecp_i_problem *p, ecp_real content, ecp_real tolerance, int limit,
+   missed again by the warm start of the next, and adds up. A start that is well below the tolerance
+   is left as it is if `warm` says so. */
+static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, int limit,
                         ecp_real tau, ecp_real *z, ecp_i_effort *effort)
 {
     ecp_real merits[ECP_I_MEMORY], error, largest, before, best, merit, t;
     int i, k;
     error = p->residual(p->self, z, tau, p->F);
     effort->evaluations++;
-    if (error <= content) return 1;
     largest = ecp_i_largest(p->n, p->F);
+    if (largest <= tolerance / ECP_I_AIM) return 1;
+    if (warm && error <= tolerance / ECP_I_CONTENT) return 1;
     for (k = 0; k < ECP_I_MEMORY; k++) merits[k] = ecp_i_merit(p->n, p->F);
     for (k = 0; k < limit; k++) {
         if (!p->step(p->self, z, p->F, p->dz)) return 0;
@@ -3952,9 +3954,11 @@ static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *options, ecp_r
         if (k > 1 && !(options->fallbacks & ECP_FALLBACK_MULTISTART)) break;
         if (k == 1) effort->fallbacks |= ECP_FALLBACK_GEOMETRIC;
         if (k > 1) effort->fallbacks |= ECP_FALLBACK_MULTISTART;
-        if (ecp_i_newton(p, options->tolerance / ECP_I_CONTENT, options->tolerance, limit, 0, z,
-                         effort)) {
-            return 1;
+        if (ecp_i_newton(p, k == 0, options->tolerance, limit, 0, z, effort)) return 1;
+        if (p->repair && (options->fallbacks & ECP_FALLBACK_GEOMETRIC)) {
+            effort->fallbacks |= ECP_FALLBACK_GEOMETRIC;
+            p->repair(p->self, z);
+            if (ecp_i_newton(p, 0, options->tolerance, limit, 0, z, effort)) return 1;
         }
         if (k == 0 || !(options->fallbacks & ECP_FALLBACK_CONTINUATION)) continue;
         p->start(p->self, k, z);
@@ -4106,6 +4110,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     p.residual = ecp_i_mcp_residual;
     p.step = ecp_i_mcp_step;
     p.start = ecp_i_mcp_start;
+    p.repair = NULL;
     ECPSIM_MEMCPY(s.z0, z, (size_t)size * sizeof(ecp_real));
     solved = ecp_i_solve(&p, &o, work, &effort);
     if (solved) ECPSIM_MEMCPY(z, work, (size_t)size * sizeof(ecp_real));
@@ -4867,6 +4872,27 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
     return 1;
 }
 
+/* Where Newton has stalled, most often an ECP hangs on to a face or an edge that the pose has turned
+   away: new geometry from the support points at the pose of z, with the impulses of z. */
+static void ecp_i_island_repair(void *self, ecp_real *z)
+{
+    ecp_i_island *s = (ecp_i_island *)self;
+    ecp_real dv[6], impulses[4];
+    int i, k;
+    for (i = 0; i < s->body_count; i++) {
+        ecp_i_motion *m = s->motions + s->bodies[i];
+        for (k = 0; k < 6; k++) dv[k] = z[6 * i + k] * (k < 3 ? m->speed : m->speed / m->length);
+        ecp_i_move(m, s->h, dv);
+    }
+    for (i = 0; i < s->pair_count; i++) {
+        ecp_i_pair *c = s->pairs[i];
+        ecp_real *p = z + c->at + ecp_i_at_p(c);
+        for (k = 0; k <= c->nf; k++) impulses[k] = p[k];
+        ecp_i_start_geometric(c, s->h, NULL, z + c->at);
+        for (k = 0; k <= c->nf; k++) p[k] = impulses[k];
+    }
+}
+
 /* keeps a centring step inside the patches: the largest of 1, 1/2, 1/4, .. for which no ECP leaves
    its primitive sideways */
 static ecp_real ecp_i_centring_length(const ecp_i_island *s, const ecp_real *z, const ecp_real *dz)
@@ -4906,7 +4932,7 @@ static void ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_st
         }
         t = ecp_i_centring_length(s, z, p->dz);
         for (i = 0; i < p->n; i++) z[i] += t * p->dz[i];
-        if (ecp_i_newton(p, step->o->tolerance / ECP_I_AIM, step->o->tolerance, 10, 0, z, effort)) {
+        if (ecp_i_newton(p, 0, step->o->tolerance, 10, 0, z, effort)) {
             if (size <= ecp_i_sqrt(step->o->tolerance) / 10 || !(t > 0)) return;
             continue;
         }
@@ -5025,6 +5051,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     p.residual = ecp_i_island_residual;
     p.step = ecp_i_island_step;
     p.start = ecp_i_island_start;
+    p.repair = ecp_i_island_repair;
     p.F = vectors[2];
     p.dz = vectors[3];
     p.trial = vectors[4];

@@ -3638,18 +3638,18 @@ typedef struct ecp_i_front {
     ecp_real *work, *v;      /* n (n + 1), n: the permuted M, and the velocities */
     ecp_real *tau_c, *tau_b; /* n each */
     ecp_real *square, *rhs, *least; /* n n, n, ECP_LEAST_SQUARES_WORK(n, n) */
+    ecp_real *null, *gram, *row;    /* n n, n n, n */
     int *piv_c, *piv_b, *ints; /* n, n, 2 n */
 } ecp_i_front;
 
-/* The solution of a null-space method by orthogonal steps, ranks found on the way:
-     C P = Q R              the first rank_c velocities follow from the others,
-     (B W)^T P' = Q' R'     rank_b combinations of the forces, each with its momentum row; the other
-                            combinations do nothing: the least step leaves them at zero,
-   and what is left of the momentum rows gives the other velocities, by least squares where the two
-   ranks differ. Returns the number of combinations of forces that do nothing. */
-static int ecp_i_front_solve(ecp_i_front *f)
+/* C and B^T by QR with column pivoting, the forces forward-eliminated from the momentum rows, and
+   the first rank_c velocities from the others:
+     C P = Q R                 v1 = c - R v2, with R := R11^-1 R12 and c := R11^-1 Q^T c in place
+     (B / weight)^T P' = Q' R' x~_i = (W_in - W_i v) / R'_ii for i < rank_b, rows i of W beyond: W_i v = W_in
+   W is M permuted by P' and P, with b as its last column. */
+static void ecp_i_front_factor(ecp_i_front *f, int *rank_c, int *rank_b)
 {
-    int n = f->n, K = f->K, i, j, k, rank_c, rank_b, ld = n + 1;
+    int n = f->n, K = f->K, i, j, k, ld = n + 1;
     ecp_real tolerance = 64 * ECP_I_EPSILON, *W = f->work;
     for (i = 0; i < K; i++) {
         ecp_real *row = f->C + n * i, size = 0;
@@ -3658,45 +3658,100 @@ static int ecp_i_front_solve(ecp_i_front *f)
         if (size > 0) f->c[i] /= size;
         for (j = 0; j < n; j++) f->Bt[n * i + j] /= f->weight[i];
     }
-    rank_c = ecp_qr_factor(K, n, f->C, n, f->tau_c, f->piv_c, tolerance);
-    ecp_qr_apply_qt(K, rank_c, f->C, n, f->tau_c, f->c);
-    rank_b = ecp_qr_factor(K, n, f->Bt, n, f->tau_b, f->piv_b, tolerance);
+    *rank_c = ecp_qr_factor(K, n, f->C, n, f->tau_c, f->piv_c, tolerance);
+    ecp_qr_apply_qt(K, *rank_c, f->C, n, f->tau_c, f->c);
+    *rank_b = ecp_qr_factor(K, n, f->Bt, n, f->tau_b, f->piv_b, tolerance);
     for (i = 0; i < n; i++) {
         for (j = 0; j < n; j++) W[ld * i + j] = f->M[n * f->piv_b[i] + f->piv_c[j]];
         W[ld * i + n] = f->b[f->piv_b[i]];
     }
-    /* B = (R')^T (Q')^T is lower triangular: forward elimination of the forces */
-    for (k = 0; k < rank_b; k++) {
+    for (k = 0; k < *rank_b; k++) {
         for (i = k + 1; i < n; i++) {
             ecp_real factor = f->Bt[n * k + i] / f->Bt[n * k + k];
             for (j = 0; j <= n; j++) W[ld * i + j] -= factor * W[ld * k + j];
         }
     }
-    /* R := R11^-1 [R12 c], so that v1 = c - R12 v2 */
-    for (i = rank_c - 1; i >= 0; i--) {
-        for (j = rank_c; j <= n; j++) {
+    for (i = *rank_c - 1; i >= 0; i--) {
+        for (j = *rank_c; j <= n; j++) {
             ecp_real *at = j < n ? f->C + n * i + j : f->c + i;
-            for (k = i + 1; k < rank_c; k++) {
+            for (k = i + 1; k < *rank_c; k++) {
                 *at -= f->C[n * i + k] * (j < n ? f->C[n * k + j] : f->c[k]);
             }
             *at /= f->C[n * i + i];
         }
     }
-    for (i = rank_b; i < n; i++) {
-        f->rhs[i - rank_b] = W[ld * i + n];
-        for (k = 0; k < rank_c; k++) f->rhs[i - rank_b] -= W[ld * i + k] * f->c[k];
-        for (j = rank_c; j < n; j++) {
-            ecp_real sum = W[ld * i + j];
-            for (k = 0; k < rank_c; k++) sum -= W[ld * i + k] * f->C[n * k + j];
-            f->square[n * (i - rank_b) + j - rank_c] = sum;
+}
+
+/* W_i v = W_in as an equation for v2: coefficients to row[n - rank_c], returns the right-hand side */
+static ecp_real ecp_i_front_row(const ecp_i_front *f, int i, int rank_c, ecp_real *row)
+{
+    const ecp_real *W = f->work + (f->n + 1) * i;
+    ecp_real rhs = W[f->n];
+    int j, k, n = f->n;
+    for (k = 0; k < rank_c; k++) rhs -= W[k] * f->c[k];
+    for (j = rank_c; j < n; j++) {
+        row[j - rank_c] = W[j];
+        for (k = 0; k < rank_c; k++) row[j - rank_c] -= W[k] * f->C[n * k + j];
+    }
+    return rhs;
+}
+
+/* Velocities v2 (free of them) that the momentum rows leave open once the forces have taken their
+   share: there are more ways to balance momentum by forces than there are constraints. v2 moves
+   within the null space of `square` (the QR of its equations, with this rank) to where the forces
+   are least. */
+static void ecp_i_front_least_forces(ecp_i_front *f, int rank_c, int rank_b, int rank)
+{
+    int n = f->n, unknowns = n - rank_c, open = unknowns - rank, i, j, k;
+    ecp_real *v2 = f->v + rank_c, *null = f->null, *G = f->gram, *row = f->row;
+    /* column j of `null`: P [-R^-1 S_j; e_j], P in ints */
+    for (j = 0; j < open; j++) {
+        ecp_real *N = null + n * j;
+        for (i = 0; i < unknowns; i++) N[i] = 0;
+        N[f->ints[rank + j]] = 1;
+        for (i = rank - 1; i >= 0; i--) {
+            ecp_real sum = -f->square[n * i + rank + j];
+            for (k = i + 1; k < rank; k++) sum -= f->square[n * i + k] * N[f->ints[k]];
+            N[f->ints[i]] = sum / f->square[n * i + i];
         }
     }
-    /* v in the order of piv_c, then x */
-    for (j = rank_c; j < n; j++) f->v[j] = 0;
-    if (rank_c < n && rank_b < n) {
-        ecp_least_squares(n - rank_b, n - rank_c, f->square, n, f->rhs, f->v + rank_c, f->least,
-                          f->ints, tolerance);
+    for (i = 0; i < rank_b; i++) {
+        ecp_real rhs = ecp_i_front_row(f, i, rank_c, row);
+        for (k = 0; k < unknowns; k++) rhs -= row[k] * v2[k];
+        f->rhs[i] = rhs / f->Bt[n * i + i];
+        for (j = 0; j < open; j++) {
+            ecp_real sum = 0;
+            for (k = 0; k < unknowns; k++) sum += row[k] * null[n * j + k];
+            G[n * i + j] = sum / f->Bt[n * i + i];
+        }
     }
+    ecp_least_squares(rank_b, open, G, n, f->rhs, row, f->least, f->ints, 64 * ECP_I_EPSILON);
+    for (j = 0; j < open; j++) {
+        for (k = 0; k < unknowns; k++) v2[k] += row[j] * null[n * j + k];
+    }
+}
+
+/* Solves the front for v and x: a null-space method by orthogonal steps, with ranks found on the
+   way. Where solutions are many, x has the least weighted norm; where equations contradict each
+   other, least squares. Returns the number of combinations of forces that do nothing, which is
+   above zero wherever the solutions are many. */
+static int ecp_i_front_solve(ecp_i_front *f)
+{
+    int n = f->n, K = f->K, i, j, rank_c, rank_b, rank = 0, ld = n + 1;
+    const ecp_real *W = f->work;
+    ecp_i_front_factor(f, &rank_c, &rank_b);
+    for (i = rank_b; i < n; i++) {
+        f->rhs[i - rank_b] = ecp_i_front_row(f, i, rank_c, f->square + n * (i - rank_b));
+    }
+    for (j = rank_c; j < n; j++) {
+        f->v[j] = 0;
+        f->ints[j - rank_c] = j - rank_c;
+    }
+    if (rank_c < n && rank_b < n) {
+        rank = ecp_least_squares(n - rank_b, n - rank_c, f->square, n, f->rhs, f->v + rank_c,
+                                 f->least, f->ints, 64 * ECP_I_EPSILON);
+    }
+    if (rank < n - rank_c && rank_b > 0) ecp_i_front_least_forces(f, rank_c, rank_b, rank);
     for (i = 0; i < rank_c; i++) {
         f->v[i] = f->c[i];
         for (j = rank_c; j < n; j++) f->v[i] -= f->C[n * i + j] * f->v[j];
@@ -4458,6 +4513,9 @@ static void ecp_i_carve_front(ecp_i_arena *arena, int n, int K, ecp_i_front *f)
     f->square = ecp_i_take_reals(arena, n * n);
     f->rhs = ecp_i_take_reals(arena, n);
     f->least = ecp_i_take_reals(arena, ECP_LEAST_SQUARES_WORK(n, n));
+    f->null = ecp_i_take_reals(arena, n * n);
+    f->gram = ecp_i_take_reals(arena, n * n);
+    f->row = ecp_i_take_reals(arena, n);
     f->piv_c = ecp_i_take_ints(arena, n);
     f->piv_b = ecp_i_take_ints(arena, n);
     f->ints = ecp_i_take_ints(arena, 2 * n);

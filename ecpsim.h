@@ -3733,8 +3733,7 @@ static void ecp_i_front_least_forces(ecp_i_front *f, int rank_c, int rank_b, int
 
 /* Solves the front for v and x: a null-space method by orthogonal steps, with ranks found on the
    way. Where solutions are many, x has the least weighted norm; where equations contradict each
-   other, least squares. Returns the number of combinations of forces that do nothing, which is
-   above zero wherever the solutions are many. */
+   other, least squares. Returns the dimension of the set of solutions. */
 static int ecp_i_front_solve(ecp_i_front *f)
 {
     int n = f->n, K = f->K, i, j, rank_c, rank_b, rank = 0, ld = n + 1;
@@ -3766,7 +3765,7 @@ static int ecp_i_front_solve(ecp_i_front *f)
     for (i = 0; i < K; i++) f->x[i] /= f->weight[i];
     for (j = 0; j < n; j++) f->rhs[f->piv_c[j]] = f->v[j];
     for (j = 0; j < n; j++) f->v[j] = f->rhs[j];
-    return K - rank_b;
+    return K - rank_b + n - rank_c - rank;
 }
 
 /* >>island: the problem of a group of bodies that touch */

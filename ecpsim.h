@@ -2463,6 +2463,7 @@ typedef struct ecp_i_patch {
     ecp_contact contact;
     ecp_real a[3]; /* the ECP in the frame of shape_a */
     int guess;     /* set by ecp_guess_ecp: only `a` means something */
+    int centred;   /* the solution is the one of the rule ECP_CENTRED */
 } ecp_i_patch;
 
 struct ecp_world {
@@ -3777,7 +3778,9 @@ typedef struct ecp_i_island {
     int pair_count, unknowns;
     ecp_real h, noise;        /* noise: velocities, scaled, that count as zero in a warm start */
     const ecp_world *world;
-    int centring, free_moves; /* free_moves: unknowns that the last step left at the least norm */
+    int centring;             /* count unknowns from their target in the next Newton step */
+    int many;                 /* the last Newton step had many solutions */
+    int uncentred;            /* a patch starts from a point that the rule ECP_CENTRED did not choose */
     ecp_i_front front;
 } ecp_i_island;
 
@@ -3888,7 +3891,7 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
         ecp_i_block_eliminate(c);
         ecp_i_assemble(f, c, c->ma->dynamic ? c->ma->at : -1, c->mb->dynamic ? c->mb->at : -1);
     }
-    s->free_moves = ecp_i_front_solve(f);
+    s->many = ecp_i_front_solve(f) > 0;
     for (i = 0; i < f->n; i++) dz[i] = f->v[i];
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
@@ -4901,6 +4904,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         ecp_i_pair *c = s->pairs[i];
         const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
         int warm = k == 0 && old && !old->guess;
+        s->uncentred |= k == 0 && old && !old->centred;
         c->tau = 0;
         if (warm) ecp_i_start_warm(s, c, z + c->at);
         else ecp_i_start_geometric(c, s->h, k == 0 && old ? old->a : NULL, z + c->at);
@@ -5000,7 +5004,7 @@ static void ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_st
 }
 
 /* the contact record of a patch at its last evaluation, and its separation */
-static void ecp_i_record(const ecp_i_pair *c, const ecp_real *y, ecp_real h, ecp_real tolerance,
+static void ecp_i_record(const ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp_options *o,
                          ecp_i_patch *record, ecp_real *multipliers)
 {
     const ecp_i_body *body = c->ma->body;
@@ -5009,6 +5013,7 @@ static void ecp_i_record(const ecp_i_pair *c, const ecp_real *y, ecp_real h, ecp
     ecp_real unit[3], centre[3], at[3], w[3];
     int i;
     ECPSIM_MEMSET(record, 0, sizeof *record);
+    record->centred = o->rule == ECP_CENTRED;
     k->shape_a = c->shape_a;
     k->shape_b = c->shape_b;
     k->body_a = c->a->body;
@@ -5048,7 +5053,7 @@ static void ecp_i_record(const ecp_i_pair *c, const ecp_real *y, ecp_real h, ecp
     k->p_t = c->e[0] * c->P * c->p[1];
     k->p_o = c->e[1] * c->P * c->p[2];
     k->p_r = ecp_i_torsion(c);
-    if (!(c->z_norm - c->radius > 10 * tolerance)) {
+    if (!(c->z_norm - c->radius > 10 * o->tolerance)) {
         k->mode = ECP_STICK;
         return;
     }
@@ -5114,7 +5119,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     p.trial = vectors[4];
     ecp_i_island_units(&s);
     solved = ecp_i_solve(&p, step->o, z, &effort);
-    if (solved && step->o->rule == ECP_CENTRED && s.free_moves > 0) {
+    if (solved && step->o->rule == ECP_CENTRED && (s.many || s.uncentred)) {
         ecp_i_centre(&s, &p, step, z, best, &effort);
     }
     error = solved ? 0 : p.residual(&s, z, 0, p.F);
@@ -5134,7 +5139,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     for (i = 0; i < s.pair_count; i++) {
         const ecp_i_pair *c = s.pairs[i];
         int at = (int)(c - step->pairs);
-        ecp_i_record(c, z + c->at, s.h, step->o->tolerance, step->records + at,
+        ecp_i_record(c, z + c->at, s.h, step->o, step->records + at,
                      step->multipliers + at * step->w->desc.max_inequalities);
         step->r->worst_cone = ecp_i_max(step->r->worst_cone, ecp_i_cone_violation(c));
     }
@@ -5320,6 +5325,7 @@ ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
     p = list + at;
     ECPSIM_MEMSET(p, 0, sizeof *p);
     p->guess = 1;
+    p->centred = 0;
     p->contact.shape_a = shape_a;
     p->contact.shape_b = shape_b;
     ecp_shape_get(world, shape_a, NULL, NULL, x, R);

@@ -1,0 +1,316 @@
+#!/bin/sh
+# Everything that is tested, from the root of the repository (`make test`); the last line is the
+# sum. With the name of a test, as in `tests/run.sh newton`, only that one, in every build.
+#
+# The program tests/main.c counts its own checks; here every build, link and example line is one
+# check more. Output of the builds stays in build/test/.
+filter=${1:-}
+root=$(pwd)
+out=$root/build/test
+rm -rf "$out"
+mkdir -p "$out" || exit 1
+
+warn='-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wdouble-promotion -Wundef
+      -Werror'
+sanitize='-g -fsanitize=address,undefined -fno-sanitize-recover=all'
+passed=0
+failed=0
+
+# check NAME COMMAND...: the command succeeds
+check() {
+    name=$1
+    shift
+    if "$@" >"$out/check.log" 2>&1; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "failed: $name"
+        head -n 20 "$out/check.log"
+    fi
+}
+
+refuse() { ! "$@"; }
+
+# ---- which compilers are here
+
+c_compilers=
+cxx_compilers=
+for cc in gcc clang; do
+    if command -v $cc >/dev/null; then c_compilers="$c_compilers $cc"; else echo "skipped: no $cc"; fi
+done
+for cxx in g++ clang++; do
+    if command -v $cxx >/dev/null; then
+        cxx_compilers="$cxx_compilers $cxx"
+    else
+        echo "skipped: no $cxx"
+    fi
+done
+[ -n "$c_compilers" ] || c_compilers=" cc"
+
+# ---- the builds: one line each, `compiler flags`. -O2 without asserts, as a user would ship it
+
+for cc in $c_compilers; do
+    echo "$cc -std=c99 -O0"
+    echo "$cc -std=c99 -O2 -DNDEBUG"
+    echo "$cc -std=c99 -O2 -DECPSIM_FLOAT"
+    echo 'int main(void) { return 0; }' >"$out/empty.c"
+    # shellcheck disable=SC2086
+    if $cc $sanitize "$out/empty.c" -o "$out/empty" 2>/dev/null && "$out/empty" 2>/dev/null; then
+        echo "$cc -std=c99 -O1 $sanitize"
+        echo "$cc -std=c99 -O1 $sanitize -DECPSIM_FLOAT"
+    else
+        echo "skipped: $cc has no sanitizers" >&2
+    fi
+done >"$out/builds"
+for cxx in $cxx_compilers; do
+    echo "$cxx -x c++ -std=c++11 -O0"
+    echo "$cxx -x c++ -std=c++11 -O2 -DNDEBUG"
+    echo "$cxx -x c++ -std=c++11 -O2 -DECPSIM_FLOAT"
+done >>"$out/builds"
+builds=$(wc -l <"$out/builds")
+
+# builds and runs the line number $1; its sum goes to $out/$1.sum
+run_build() {
+    flags=$(sed -n "$1p" "$out/builds")
+    log=$out/$1.log
+    # shellcheck disable=SC2086
+    if ! $flags $warn tests/main.c -o "$out/$1" -lm >"$log" 2>&1; then
+        echo "0 passed, 1 failed" >"$out/$1.sum"
+        head -n 20 "$log"
+        echo "not built: $flags"
+        return
+    fi
+    (cd "$out" && "./$1" ${filter:+"$filter"}) >"$log" 2>&1
+    status=$?
+    last=$(tail -n 1 "$log")
+    case $last in
+    *' passed, 0 failed') [ $status -eq 0 ] || last= ;;
+    *' passed, '*' failed') grep 'failed: ' "$log" | head -n 20 ;;
+    *) last= ;;
+    esac
+    if [ -z "$last" ]; then
+        last='0 passed, 1 failed'
+        tail -n 20 "$log"
+        echo "exit status $status: $flags"
+    fi
+    echo "$last" >"$out/$1.sum"
+    echo "$flags: $last"
+}
+
+# two at a time: the odd lines and the even ones
+run_every_other() {
+    n=$1
+    while [ "$n" -le "$builds" ]; do
+        run_build "$n"
+        n=$((n + 2))
+    done
+}
+run_every_other 1 &
+run_every_other 2
+wait
+n=1
+while [ $n -le "$builds" ]; do
+    if read -r p _ f _ <"$out/$n.sum"; then
+        passed=$((passed + p))
+        failed=$((failed + f))
+    else
+        failed=$((failed + 1))
+    fi
+    n=$((n + 1))
+done
+
+# ---- how the header may be included and linked
+
+cc=${c_compilers# }
+cc=${cc%% *}
+cxx=${cxx_compilers# }
+cxx=${cxx%% *}
+
+# a unit that uses the library, and returns 0 if it works; its function is called $1
+unit() {
+    cat <<EOF
+#include "$root/ecpsim.h"
+#ifdef __cplusplus
+extern "C"
+#endif
+int $1(void);
+int $1(void)
+{
+    ecp_shape ball;
+    ecp_mass mass;
+    if (ecp_shape_sphere(&ball, 1) != ECP_OK) return 1;
+    ecp_shape_mass(&ball, 1, &mass);
+    return !(mass.mass > (ecp_real)4.18 && mass.mass < (ecp_real)4.19);
+}
+EOF
+}
+
+# one of the two units, compiled: object NAME FUNCTION COMPILER FLAGS...
+object() {
+    name=$1
+    unit "$2" >"$out/$name.c"
+    shift 2
+    # shellcheck disable=SC2086
+    "$@" $warn -c "$out/$name.c" -o "$out/$name.o"
+}
+
+# two objects, linked and run by the compiler $1
+link() {
+    $1 "$out/main.o" "$out/first.o" "$out/second.o" -o "$out/linked" -lm && "$out/linked"
+}
+
+test_links() {
+    echo 'int first(void), second(void); int main(void) { return first() || second(); }' \
+        >"$out/main.c"
+    "$cc" -c "$out/main.c" -o "$out/main.o"
+    check 'static unit' object first first "$cc" -std=c99 -DECPSIM_STATIC -DECPSIM_IMPLEMENTATION
+    check 'static unit' object second second "$cc" -std=c99 -DECPSIM_STATIC -DECPSIM_IMPLEMENTATION
+    check 'two static units link' link "$cc"
+
+    check 'implementation' object first first "$cc" -std=c99 -DECPSIM_IMPLEMENTATION
+    check 'declarations alone' object second second "$cc" -std=c99
+    check 'implementation and declarations link' link "$cc"
+    check 'declarations in float' object second second "$cc" -std=c99 -DECPSIM_FLOAT
+    check 'units of two real types do not link' refuse link "$cc"
+    check 'implementation in float' object first first "$cc" -std=c99 -DECPSIM_FLOAT \
+        -DECPSIM_IMPLEMENTATION
+    check 'units in float link' link "$cc"
+
+    {
+        echo "#include \"$root/ecpsim.h\""
+        echo "#include \"$root/ecpsim.h\""
+        echo '#define ECPSIM_IMPLEMENTATION'
+        echo "#include \"$root/ecpsim.h\""
+        unit first
+    } >"$out/first.c"
+    # shellcheck disable=SC2086
+    check 'included four times' "$cc" -std=c99 $warn -c "$out/first.c" -o "$out/first.o"
+    check 'declarations alone' object second second "$cc" -std=c99
+    check 'included four times, it links' link "$cc"
+
+    if [ -z "$cxx" ]; then
+        echo 'skipped: C with C++, there is no C++ compiler'
+        return
+    fi
+    check 'C++ implementation' object first first "$cxx" -x c++ -std=c++11 -DECPSIM_IMPLEMENTATION
+    check 'C declarations' object second second "$cc" -std=c99
+    check 'C with a C++ implementation' link "$cxx"
+    check 'C implementation' object first first "$cc" -std=c99 -DECPSIM_IMPLEMENTATION
+    check 'C++ declarations' object second second "$cxx" -x c++ -std=c++11
+    check 'C++ with a C implementation' link "$cxx"
+}
+
+# what an object defines and what it needs: `symbols FLAGS...` writes lines of nm
+symbols() {
+    "$cc" -std=c99 -O0 -fno-pic -ffunction-sections "$@" -DECPSIM_IMPLEMENTATION -c "$out/only.c" \
+        -o "$out/only.o" && nm "$out/only.o" >"$out/symbols"
+}
+
+only() { # every line of the symbols with a type in $1 matches $2
+    ! awk -v types="$1" 'index(types, $(NF - 1)) { print $NF }' "$out/symbols" | grep -Ev "$2"
+}
+
+test_symbols() {
+    if ! command -v nm >/dev/null; then
+        echo 'skipped: symbols, there is no nm'
+        return
+    fi
+    echo "#include \"$root/ecpsim.h\"" >"$out/only.c"
+    check 'symbols' symbols -DECPSIM_FLOAT
+    check 'float: public names have their own prefix' only TDBCRV '^ecp_f32_'
+    check 'float: needs sqrtf, memcpy, memset, assert' only U \
+        '^(sqrtf|memcpy|memset|memmove|__assert_fail|__stack_chk_fail)$'
+    check 'symbols' symbols
+    check 'public names begin with ecp_' only TDBCRV '^ecp_'
+    check 'and are not private ones' only TDBCRV '^ecp_($|[^i]|i[^_])'
+    check 'needs sqrt, memcpy, memset, assert' only U \
+        '^(sqrt|memcpy|memset|memmove|__assert_fail|__stack_chk_fail)$'
+    check 'no writable data' only dDbBC '^$'
+    check 'symbols' symbols -DECPSIM_STATIC
+    check 'static: no public names' only TDBCRV '^$'
+    check 'with nothing of the C library' symbols -DECPSIM_SQRT=my_sqrt -DECPSIM_MEMCPY=my_memcpy \
+        -DECPSIM_MEMSET=my_memset '-DECPSIM_ASSERT(x)=((void)(x))' -include "$out/my.h"
+    check 'it needs ours instead' only U '^my_(sqrt|memcpy|memset)$'
+
+    # a primitive that is not constructed is not in the program
+    object first main "$cc" -std=c99 -O0 -fno-pic -ffunction-sections -fdata-sections \
+        -DECPSIM_IMPLEMENTATION >/dev/null 2>&1
+    if "$cc" -no-pie -Wl,--gc-sections "$out/first.o" -o "$out/linked" -lm 2>/dev/null; then
+        nm "$out/linked" >"$out/symbols"
+        check 'the sphere is linked' grep -q ecp_i_sphere_eval "$out/symbols"
+        for kind in ellipsoid capsule cylinder frustum box polytope half_space; do
+            check "the $kind is not" refuse grep -q "ecp_i_${kind}_eval" "$out/symbols"
+        done
+    else
+        echo 'skipped: what is linked, the linker has no --gc-sections'
+    fi
+}
+
+# ---- examples: short, without warnings, and with the results that are promised
+
+lines_below() { [ "$(wc -l <"$1")" -lt "$2" ]; }
+
+test_example_files() {
+    for file in examples/*.c; do
+        check "$file has under 150 lines" lines_below "$file" 150
+        for compiler in $c_compilers; do
+            # shellcheck disable=SC2086
+            check "$file with $compiler" $compiler -std=c99 -O2 $warn -I. "$file" \
+                -o "$out/example" -lm
+        done
+    done
+}
+
+# number EXAMPLE KEY: the number after KEY= in the line of the example
+number() { sed -n "s/^$1: \(.* \)\{0,1\}$2=\([^ ]*\).*/\2/p" "$out/run.log"; }
+
+# is $1 a number, and $1 $2 $3?
+compare() {
+    echo "$1" | grep -Eq '^[-+]?[0-9]+(\.[0-9]*)?([eE][-+]?[0-9]+)?$' || { echo "'$1'"; return 1; }
+    awk -v a="$1" -v b="$3" "BEGIN { exit !(a + 0 $2 b + 0) }" || { echo "$1"; return 1; }
+}
+
+# bar EXAMPLE KEY RELATION LIMIT
+bar() { check "$1 $2 $3 $4" compare "$(number "$1" "$2")" "$3" "$4"; }
+
+test_example_results() {
+    check 'make run' make -s run
+    make -s run >"$out/run.log" 2>&1
+    bar example1 steps '>=' 426
+    bar example1 max_position_error_m '<=' 1e-12
+    bar example1 max_impulse_error_Ns '<=' 1e-12
+    bar example1 max_penetration_m '<=' 1e-12
+    bar example1 newton_per_step '<=' 1.5
+    bar example1_float max_position_error_m '<=' 5e-6
+    bar example2 runs '==' 5
+    bar example2 final_y_m '<=' 0.533512576
+    bar example2 final_y_m '>=' 0.533512574
+    bar example2 max_tilt_deg '<=' 44.2115
+    bar example2 max_tilt_deg '>=' 44.2105
+    bar example2 touch_s '==' 1.72
+    bar example2 state_spread_m '<=' 1e-9
+    bar example2 ecp_spread_sliding_m '>' 1e-2
+    bar example2 ecp_spread_point_m '<=' 1e-9
+    bar example2 max_penetration_m '<=' 1e-10
+    bar example3 runs '==' 5
+    bar example3 'rule=centred state_spread' '<=' 1e-9
+    bar example3 'rule=nearest state_spread' '>=' 0
+    bar printed_equations max_residual '<=' 1e-9
+}
+
+cat >"$out/my.h" <<'EOF'
+#include <stddef.h>
+double my_sqrt(double x);
+void *my_memcpy(void *to, const void *from, size_t bytes);
+void *my_memset(void *to, int value, size_t bytes);
+EOF
+
+if [ -z "$filter" ]; then
+    test_links
+    test_symbols
+    test_example_files
+    test_example_results
+fi
+
+echo "$passed passed, $failed failed"
+[ "$failed" -eq 0 ]

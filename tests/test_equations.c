@@ -1,0 +1,605 @@
+/* The step's equations: the analytic Jacobian, and the Newton step that the structured elimination
+   makes of it, against differences of the residual alone.
+
+   Differences are central and of sixth order with step d: they miss d^6 F^(7) / 140 by truncation
+   and eps |F| / d by rounding. Points are drawn at random, at least `reach` away from every kink
+   (of Fischer-Burmeister, of the projection, of p_n = 0, of the shapes' third derivatives), where
+   F^(7) is of the order of 2000 / reach^6. With d = 1e-3, reach = 0.05 that is 1e-9 in double and
+   1e-12 of rounding; in float with d = 0.02, reach = 0.25 it is 4e-6, and 2e-5 of rounding. */
+#include "test.h"
+
+enum { EQUATIONS_KINDS = 8, EQUATIONS_BODIES = 4, EQUATIONS_PAIRS = 8, EQUATIONS_MAX = 200 };
+
+static double equations_d(void) { return test_by(1e-3, 0.02); }
+static double equations_reach(void) { return test_by(0.05, 0.25); }
+
+/* of the Jacobian, relative to the largest entry of the row */
+static double equations_tolerance(void) { return test_by(1e-8, 2e-3); }
+
+/* ---- shapes: the seven primitives, and one of our own: the lens between two spheres of radius
+   1.3 about (0, 0, -+0.7) */
+
+static void equations_lens_eval(const ecp_shape *s, const ecp_real x[3], ecp_real *f, ecp_real *g)
+{
+    ecp_real r = ECP_R(1.3), c = ECP_R(0.7);
+    int i;
+    (void)s;
+    for (i = 0; i < 2; i++) {
+        ecp_real z = x[2] + (i ? -c : c);
+        f[i] = (x[0] * x[0] + x[1] * x[1] + z * z - r * r) / (2 * r);
+        if (g) ecp_i_set3(x[0] / r, x[1] / r, z / r, g + 3 * i);
+    }
+}
+
+static void equations_lens_hess(const ecp_shape *s, const ecp_real x[3], const ecp_real *l,
+                                ecp_real H[9])
+{
+    int k;
+    (void)s;
+    (void)x;
+    for (k = 0; k < 9; k++) H[k] = k % 4 == 0 ? (l[0] + l[1]) / ECP_R(1.3) : 0;
+}
+
+/* not used by the equations; only its presence is asked for */
+static void equations_lens_support(const ecp_shape *s, const ecp_real n[3], ecp_real flat,
+                                   ecp_real x[3])
+{
+    (void)s;
+    (void)n;
+    (void)flat;
+    ecp_i_set3(0, 0, 0, x);
+}
+
+static const ecp_shape_class equations_lens = {equations_lens_eval, equations_lens_hess,
+                                               equations_lens_support, NULL};
+
+static ecp_real equations_planes[6 * 4], equations_vertices[8 * 3];
+
+/* a tetrahedron with one edge cut off: no two faces parallel or at right angles */
+static ecp_status equations_polytope(ecp_shape *s)
+{
+    static const double normals[5][3] = {
+        {1, 0.2, -0.3}, {-0.8, 0.9, -0.2}, {-0.4, -1, -0.3}, {0.1, 0.1, 1}, {-1, 0.1, -0.6}};
+    int i, k;
+    for (i = 0; i < 5; i++) {
+        double size = sqrt(normals[i][0] * normals[i][0] + normals[i][1] * normals[i][1] +
+                           normals[i][2] * normals[i][2]);
+        for (k = 0; k < 3; k++) equations_planes[4 * i + k] = ECP_R(normals[i][k] / size);
+        equations_planes[4 * i + 3] = ECP_R(0.5 + 0.05 * i);
+    }
+    /* closed from below */
+    ecp_i_set3(0, 0, -1, equations_planes + 20);
+    equations_planes[23] = ECP_R(0.6);
+    return ecp_shape_polytope(s, equations_planes, 6, equations_vertices, 8);
+}
+
+static void equations_shape(int kind, ecp_shape *s)
+{
+    ecp_real three[3], zero[3] = {0, 0, 0};
+    ecp_status status = ECP_BAD_KIND;
+    ecp_i_set3(ECP_R(0.6), ECP_R(0.9), ECP_R(0.75), three);
+    if (kind == 0) status = ecp_shape_sphere(s, ECP_R(0.8));
+    if (kind == 1) status = ecp_shape_ellipsoid(s, three);
+    if (kind == 2) status = ecp_shape_capsule(s, ECP_R(0.5), ECP_R(0.4));
+    if (kind == 3) status = ecp_shape_cylinder(s, ECP_R(0.7), ECP_R(0.5));
+    if (kind == 4) status = ecp_shape_frustum(s, ECP_R(0.9), ECP_R(0.6), ECP_R(0.5));
+    if (kind == 5) status = ecp_shape_box(s, three);
+    if (kind == 6) status = equations_polytope(s);
+    if (kind == 7) status = ecp_shape_convex(s, &equations_lens, 2, zero, ECP_R(1.2), NULL);
+    CHECK(status == ECP_OK);
+}
+
+/* is x away from the jumps of the third derivatives, and, in a frustum, near enough for the change
+   of its radius over d to be small? */
+static int equations_smooth(const ecp_shape *s, const ecp_real x[3])
+{
+    double z = fabs((double)x[2]), reach = equations_reach();
+    if (s->kind == ECP_FRUSTUM) return z < (double)s->size[2];
+    if (s->kind == ECP_CAPSULE) return fabs(z - (double)s->size[1]) > reach;
+    if (s->kind == ECP_ELLIPSOID) {
+        ecp_real f[1];
+        s->cls->eval(s, x, f, NULL);
+        /* inside, 1 / sqrt(P + ..) bends on the scale of the distance from the centre */
+        return (double)f[0] > reach;
+    }
+    return 1;
+}
+
+/* ---- an island, built like ecp_i_solve_island builds it, of all bodies and all pairs */
+
+typedef struct equations_scene {
+    ecp_world *world;
+    unsigned char *memory;
+    ecp_i_motion motions[EQUATIONS_BODIES];
+    ecp_i_pair pairs[EQUATIONS_PAIRS], *members[EQUATIONS_PAIRS];
+    int bodies[EQUATIONS_BODIES];
+    ecp_i_island s;
+    ecp_real *z, *F, *dz;
+    double *J; /* by differences */
+} equations_scene;
+
+static void equations_random_body(ecp_world *w, ecp_body_kind kind, double spread)
+{
+    static const double principal[3] = {0.3, 0.42, 0.5};
+    ecp_body_desc d = ecp_body_desc_default();
+    ecp_real R[9], I[9];
+    int i;
+    for (i = 0; i < 4; i++) d.rotation[i] = ECP_R(test_random());
+    d.rotation[0] += 2;
+    for (i = 0; i < 9; i++) I[i] = i % 4 == 0 ? ECP_R(principal[i / 4]) : 0;
+    {
+        ecp_real q[4] = {ECP_R(0.5), ECP_R(0.5), ECP_R(0.1), ECP_R(0.7)};
+        ecp_i_quat_normalise(q);
+        ecp_quat_to_matrix(q, R);
+    }
+    ecp_i_congruence(R, I, d.inertia);
+    d.kind = kind;
+    d.mass = ECP_R(1 + 0.5 * test_random());
+    for (i = 0; i < 3; i++) {
+        d.position[i] = ECP_R(spread * test_random());
+        d.velocity[i] = kind == ECP_STATIC ? 0 : ECP_R(test_random());
+        d.angular_velocity[i] = kind == ECP_STATIC ? 0 : ECP_R(2 * test_random());
+    }
+    CHECK(ecp_body_add(w, &d, NULL) == ECP_OK);
+}
+
+/* friction: 0, 2 or 3 rows; kind -1: a half-space */
+static void equations_add_shape(ecp_world *w, int body, int kind, int friction, int directed)
+{
+    ecp_material m = ecp_material_default();
+    ecp_shape s;
+    ecp_real x[3], q[4], n[3];
+    int i;
+    m.mu = friction ? ECP_R(0.6) : 0;
+    m.e_t = ECP_R(1.3);
+    m.e_o = ECP_R(0.7);
+    m.e_r = friction == 3 ? ECP_R(0.4) : 0;
+    for (i = 0; i < 3; i++) {
+        m.direction[i] = directed ? ECP_R(test_random()) : 0;
+        x[i] = ECP_R(0.2 * test_random());
+        n[i] = ECP_R(test_random());
+    }
+    for (i = 0; i < 4; i++) q[i] = ECP_R(test_random());
+    q[1] += 2;
+    n[2] += 2;
+    if (kind < 0)
+        CHECK(ecp_shape_half_space(&s, n, ECP_R(0.1)) == ECP_OK);
+    else
+        equations_shape(kind, &s);
+    CHECK(ecp_body_add_shape(w, body, &s, x, q, &m, NULL) == ECP_OK);
+}
+
+static void equations_build(equations_scene *k, ecp_real h)
+{
+    ecp_i_step step;
+    ecp_real *vectors[5];
+    size_t bytes = (size_t)1 << 20;
+    int i, j, at, K = 0;
+    memset(&step, 0, sizeof step);
+    memset(&k->s, 0, sizeof k->s);
+    k->memory = (unsigned char *)malloc(bytes);
+    k->J = (double *)malloc(EQUATIONS_MAX * EQUATIONS_MAX * sizeof(double));
+    step.w = k->world;
+    step.motions = k->motions;
+    step.arena.base = k->memory;
+    step.arena.size = bytes;
+    k->s.motions = k->motions;
+    k->s.bodies = k->bodies;
+    k->s.pairs = k->members;
+    k->s.h = h;
+    k->s.world = k->world;
+    for (i = 0; i < ecp_world_body_count(k->world); i++) {
+        ecp_i_motion *m = k->motions + i;
+        ecp_i_predict(k->world, ecp_i_bodies(k->world) + i, h, m);
+        if (!m->dynamic) continue;
+        m->at = 6 * k->s.body_count;
+        k->bodies[k->s.body_count++] = i;
+    }
+    at = 6 * k->s.body_count;
+    for (i = 0; i < ecp_world_shape_count(k->world); i++) {
+        for (j = i + 1; j < ecp_world_shape_count(k->world); j++) {
+            ecp_i_pair candidate, *c = k->pairs + k->s.pair_count;
+            if (!ecp_i_pair_setup(&step, i, j, &candidate)) continue;
+            CHECK(k->s.pair_count < EQUATIONS_PAIRS);
+            *c = candidate;
+            ecp_i_carve_pair(&step.arena, c->nl, c->nm, c);
+            ecp_i_carve_block(&step.arena, c->count, c->ma->dynamic + c->mb->dynamic, c);
+            c->at = at;
+            at += c->count;
+            K += c->count;
+            k->members[k->s.pair_count++] = c;
+        }
+    }
+    k->s.unknowns = at;
+    ecp_i_carve_front(&step.arena, 6 * k->s.body_count, K, &k->s.front);
+    ecp_i_carve_vectors(&step.arena, at, vectors);
+    k->z = vectors[0];
+    k->F = vectors[1];
+    k->dz = vectors[2];
+    CHECK(!step.arena.overflow && at <= EQUATIONS_MAX);
+    ecp_i_island_units(&k->s);
+}
+
+static void equations_free(equations_scene *k)
+{
+    free(k->world);
+    free(k->memory);
+    free(k->J);
+}
+
+/* ---- random points */
+
+typedef enum equations_mode { EQUATIONS_OPEN, EQUATIONS_STICK, EQUATIONS_SLIP } equations_mode;
+
+static double equations_between(double lo, double hi)
+{
+    return lo + (hi - lo) * (1 + test_random()) / 2;
+}
+
+/* multipliers for the constraint values f: in the branch da < db (l > -f / L), or in either */
+static int equations_multipliers(int count, const ecp_real *f, ecp_real L, int all_active,
+                                 ecp_real *l)
+{
+    double reach = equations_reach();
+    int i;
+    for (i = 0; i < count; i++) {
+        double b = -(double)f[i] / (double)L, value;
+        value = all_active ? b + equations_between(0.1, 1) : equations_between(-1, 1.5);
+        if (fabs(value - b) < 0.05 || sqrt(value * value + b * b) < reach) return 0;
+        l[i] = (ecp_real)value;
+    }
+    return 1;
+}
+
+/* p_n and friction in the wanted branch, given everything else */
+static int equations_impulses(ecp_i_pair *c, ecp_real *y, ecp_real h, equations_mode mode)
+{
+    ecp_real *p = y + ecp_i_at_p(c);
+    double reach = equations_reach(), gap = (double)c->d / ((double)h * (double)c->V), size, radius;
+    double aim[3], sum = 0;
+    int i;
+    p[0] = ECP_R(mode == EQUATIONS_OPEN ? equations_between(-1.5, -reach - 0.05)
+                                        : equations_between(0.5, 1.5));
+    if (fabs(gap) > 20 || sqrt((double)p[0] * (double)p[0] + gap * gap) < reach) return 0;
+    if (c->nf == 0) return 1;
+    for (i = 0; i < c->nf; i++) p[1 + i] = 0;
+    ecp_i_pair_evaluate(c, y, h); /* now z = -rho w */
+    radius = mode == EQUATIONS_OPEN ? 1 : (double)c->mu * (double)p[0];
+    size = mode == EQUATIONS_SLIP ? radius + equations_between(reach + 0.05, 2)
+                                  : radius - reach - equations_between(0, 0.2);
+    if (size < 0.01) size = 0.01;
+    if (mode == EQUATIONS_STICK && radius - size < reach) return 0;
+    for (i = 0; i < c->nf; i++) {
+        aim[i] = test_random();
+        sum += aim[i] * aim[i];
+    }
+    for (i = 0; i < c->nf; i++) p[1 + i] = (ecp_real)(size * aim[i] / sqrt(sum) - (double)c->z[i]);
+    return 1;
+}
+
+static int equations_try(ecp_i_pair *c, ecp_real *y, ecp_real h, int all_active,
+                         equations_mode mode)
+{
+    ecp_real a[3];
+    double size;
+    int i, k;
+    for (i = 0; i < c->count; i++) y[i] = 0;
+    for (k = 0; k < 3; k++) {
+        a[k] = ECP_R(1.2 * test_random());
+        y[k] = a[k] / c->L;
+    }
+    if (!equations_smooth(&c->a->shape, a)) return 0;
+    ecp_i_pair_evaluate(c, y, h);
+    if (!equations_multipliers(c->nl, c->fa, c->L, all_active, y + 3)) return 0;
+    if (!c->plane) y[ecp_i_at_d(c)] = ECP_R(2 * test_random());
+    ecp_i_pair_evaluate(c, y, h);
+    size = (double)ecp_i_norm(c->n);
+    if (size < 0.3 || size > 3) return 0;
+    ecp_i_set_direction(c);
+    ecp_i_pair_evaluate(c, y, h);
+    /* a half-space's normal does not change with the unknowns */
+    if (c->nf && (double)c->c_norm < (c->plane ? 0.01 : 0.4) * size) return 0;
+    if (!c->plane) {
+        if (!equations_smooth(&c->b->shape, c->b_local) || ecp_i_norm(c->b_local) > 2) return 0;
+        if (!equations_multipliers(c->nm, c->fb, c->L, all_active, y + ecp_i_at_m(c))) return 0;
+    }
+    return equations_impulses(c, y, h, mode);
+}
+
+/* a point for all unknowns, and F there; pairs take their mode in turn, from `mode` on */
+static int equations_sample(equations_scene *k, int all_active, int mode, ecp_real tau)
+{
+    int i, attempt;
+    for (i = 0; i < k->s.unknowns; i++)
+        k->z[i] = i < 6 * k->s.body_count ? ECP_R(0.5 * test_random()) : 0;
+    for (i = 0; i < k->s.pair_count; i++) k->members[i]->tau = 0;
+    ecp_i_island_residual(&k->s, k->z, 0, k->F);
+    for (i = 0; i < k->s.pair_count; i++) {
+        ecp_i_pair *c = k->members[i];
+        for (attempt = 0;; attempt++) {
+            if (attempt == 20000) return 0;
+            if (equations_try(c, k->z + c->at, k->s.h, all_active,
+                              (equations_mode)((mode + i) % 3))) {
+                break;
+            }
+        }
+    }
+    ecp_i_island_residual(&k->s, k->z, tau, k->F);
+    return 1;
+}
+
+/* J by differences, row major; leaves the island evaluated at z */
+static void equations_differences(equations_scene *k, ecp_real tau)
+{
+    static const double weight[3] = {45, -9, 1};
+    ecp_real F[EQUATIONS_MAX];
+    int n = k->s.unknowns, i, j, s;
+    for (i = 0; i < n * n; i++) k->J[i] = 0;
+    for (j = 0; j < n; j++) {
+        ecp_real keep = k->z[j];
+        for (s = -3; s <= 3; s++) {
+            double step;
+            if (s == 0) continue;
+            k->z[j] = keep + ECP_R(s * equations_d());
+            /* the step that was taken, rounded */
+            step = ((double)k->z[j] - (double)keep) / s;
+            ecp_i_island_residual(&k->s, k->z, tau, F);
+            for (i = 0; i < n; i++) {
+                k->J[n * i + j] +=
+                    (s < 0 ? -weight[-s - 1] : weight[s - 1]) / (60 * step) * (double)F[i];
+            }
+        }
+        k->z[j] = keep;
+    }
+    ecp_i_island_residual(&k->s, k->z, tau, k->F);
+}
+
+/* ---- the Jacobian, before elimination, of a scene with one pair and all multipliers active */
+
+/* the mass matrix, which is not in the patch's block, in units m and m L^2 */
+static double equations_mass(const equations_scene *k, int row, int column)
+{
+    const ecp_i_motion *m = k->motions + k->bodies[row / 6];
+    ecp_real I[9];
+    if (row / 6 != column / 6) return 0;
+    row %= 6;
+    column %= 6;
+    if (row < 3 || column < 3) return row == column;
+    ecp_i_congruence(m->R0, m->body->inertia, I);
+    return (double)I[3 * (row - 3) + column - 3] /
+           ((double)m->body->mass * (double)m->length * (double)m->length);
+}
+
+/* the largest difference of an entry, relative to the largest entry of its row */
+static double equations_jacobian_error(equations_scene *k)
+{
+    ecp_i_pair *c = k->members[0];
+    int n = k->s.unknowns, place[EQUATIONS_MAX], i, j, side, count = 0;
+    double worst = 0;
+    ecp_i_block_fill(c, k->z + c->at, k->F + c->at, k->s.h, 0);
+    CHECK(c->kl == c->nl && c->km == c->nm && c->columns == n + 1);
+    for (i = 0; i < c->count; i++) place[count++] = c->at + i;
+    for (side = 0; side < 2; side++) {
+        const ecp_i_motion *m = side ? c->mb : c->ma;
+        for (i = 0; m->dynamic && i < 6; i++) place[count++] = m->at + i;
+    }
+    CHECK(count == n);
+    for (i = 0; i < n; i++) {
+        double largest = 0, error = 0;
+        for (j = 0; j < n; j++) {
+            double wanted = k->J[n * place[i] + place[j]],
+                   found = (double)c->block[c->columns * i + j];
+            if (place[i] < 6 * k->s.body_count && place[j] < 6 * k->s.body_count) {
+                found += equations_mass(k, place[i], place[j]);
+            }
+            if (fabs(wanted) > largest) largest = fabs(wanted);
+            if (!(fabs(wanted - found) <= error)) error = fabs(wanted - found);
+        }
+        CHECK(largest > 0);
+        if (!(error / largest <= worst)) worst = error / largest;
+    }
+    return worst;
+}
+
+/* ---- the step: J dz = -F, relative to |J| |dz| of the row */
+
+static double equations_step_error(equations_scene *k)
+{
+    int n = k->s.unknowns, i, j;
+    double worst = 0;
+    CHECK(ecp_i_island_step(&k->s, k->z, k->F, k->dz));
+    for (i = 0; i < n; i++) {
+        double sum = (double)k->F[i], size = fabs(sum);
+        for (j = 0; j < n; j++) {
+            sum += k->J[n * i + j] * (double)k->dz[j];
+            size += fabs(k->J[n * i + j] * (double)k->dz[j]);
+        }
+        if (!(fabs(sum) <= worst * size)) worst = fabs(sum) / size;
+    }
+    return worst;
+}
+
+/* A lower estimate of |J^-1|, with the rows of J scaled to one: what it makes of some random right-
+   hand sides. Where it is large the step is a least step by intention (the library takes what is
+   below sqrt(eps) for singular), and need not satisfy J dz = -F. */
+static double equations_condition(const equations_scene *k)
+{
+    static double A[EQUATIONS_MAX * (EQUATIONS_MAX + 3)];
+    int n = k->s.unknowns, ld = n + 3, i, j, r;
+    double worst = 0;
+    for (i = 0; i < n; i++) {
+        double largest = 0;
+        for (j = 0; j < n; j++) {
+            if (fabs(k->J[n * i + j]) > largest) largest = fabs(k->J[n * i + j]);
+        }
+        for (j = 0; j < n; j++) A[ld * i + j] = k->J[n * i + j] / largest;
+        for (; j < ld; j++) A[ld * i + j] = test_random() < 0 ? -1 : 1;
+    }
+    for (r = 0; r < n; r++) {
+        int best = r;
+        for (i = r; i < n; i++) {
+            if (fabs(A[ld * i + r]) > fabs(A[ld * best + r])) best = i;
+        }
+        if (!(fabs(A[ld * best + r]) > 1e-14)) return 1e300;
+        for (j = r; j < ld; j++) {
+            double t = A[ld * best + j];
+            A[ld * best + j] = A[ld * r + j];
+            A[ld * r + j] = t;
+        }
+        for (i = r + 1; i < n; i++) {
+            double factor = A[ld * i + r] / A[ld * r + r];
+            for (j = r; factor < 0 || factor > 0 ? j < ld : 0; j++)
+                A[ld * i + j] -= factor * A[ld * r + j];
+        }
+    }
+    for (j = n; j < ld; j++) {
+        for (i = n - 1; i >= 0; i--) {
+            for (r = i + 1; r < n; r++) A[ld * i + j] -= A[ld * i + r] * A[ld * r + j];
+            A[ld * i + j] /= A[ld * i + i];
+            if (fabs(A[ld * i + j]) > worst) worst = fabs(A[ld * i + j]);
+        }
+    }
+    return worst;
+}
+
+static int equations_steps, equations_singular; /* points checked, and those left out */
+
+/* ---- scenes */
+
+/* A: a primitive on a dynamic body, or on a kinematic one; B likewise, or a half-space (-1) */
+static void equations_one_pair(equations_scene *k, int kind_a, ecp_body_kind body_a, int kind_b,
+                               ecp_body_kind body_b, int friction, int directed)
+{
+    k->world = test_world(NULL);
+    equations_random_body(k->world, body_a, 0.8);
+    equations_random_body(k->world, body_b, 0.8);
+    equations_add_shape(k->world, 0, kind_a, friction, directed & 1);
+    equations_add_shape(k->world, 1, kind_b, friction, directed >> 1);
+    equations_build(k, ECP_R(0.3));
+    CHECK(k->s.pair_count == 1 && k->pairs[0].nf == friction);
+    CHECK(k->pairs[0].plane == (kind_b < 0));
+}
+
+static void equations_judge(const char *test, const char *what, const int label[3], double tau,
+                            double error, double tolerance)
+{
+    if (!(error <= tolerance)) {
+        printf("%s of %s %d %d, mode %d, tau %g\n", test, what, label[0], label[1], label[2], tau);
+    }
+    CHECK_NEAR(error, 0, tolerance);
+}
+
+static void equations_check(equations_scene *k, int mode, const char *what, int kind_a, int kind_b)
+{
+    int active, smooth, label[3];
+    label[0] = kind_a;
+    label[1] = kind_b;
+    label[2] = mode;
+    for (smooth = 0; smooth < 2; smooth++) {
+        ecp_real tau = smooth ? ECP_R(0.3) : 0;
+        for (active = 1; active >= 0; active--) {
+            int found = equations_sample(k, active, mode, tau);
+            CHECK(found);
+            if (!found) continue;
+            equations_differences(k, tau);
+            if (active && k->s.pair_count == 1) {
+                equations_judge("jacobian", what, label, (double)tau, equations_jacobian_error(k),
+                                equations_tolerance());
+            }
+            if (equations_condition(k) > test_by(1e6, 100)) {
+                equations_singular++;
+                continue;
+            }
+            equations_steps++;
+            equations_judge("step", what, label, (double)tau, equations_step_error(k),
+                            10 * equations_tolerance());
+        }
+    }
+}
+
+static void equations_test_planes(void)
+{
+    static const int rows[3] = {0, 2, 3};
+    int kind, f, mode;
+    for (kind = 0; kind < EQUATIONS_KINDS; kind++) {
+        for (f = 0; f < 3; f++) {
+            for (mode = 0; mode < 3; mode++) {
+                equations_scene k;
+                equations_one_pair(&k, kind, ECP_DYNAMIC, -1, mode % 2 ? ECP_STATIC : ECP_KINEMATIC,
+                                   rows[f], (kind + mode) % 3);
+                equations_check(&k, mode, "plane", kind, rows[f]);
+                equations_free(&k);
+            }
+        }
+    }
+}
+
+static void equations_test_pairs(void)
+{
+    static const int rows[3] = {0, 2, 3};
+    static const ecp_body_kind partners[4][2] = {{ECP_DYNAMIC, ECP_DYNAMIC},
+                                                 {ECP_DYNAMIC, ECP_KINEMATIC},
+                                                 {ECP_KINEMATIC, ECP_DYNAMIC},
+                                                 {ECP_DYNAMIC, ECP_STATIC}};
+    int a, b, turn = 0, kind, mode;
+    for (a = 0; a < EQUATIONS_KINDS; a++) {
+        for (b = 0; b < EQUATIONS_KINDS; b++, turn++) {
+            equations_scene k;
+            equations_one_pair(&k, a, partners[turn / 3 % 4][0], b, partners[turn / 3 % 4][1],
+                               rows[turn % 3], turn % 3);
+            equations_check(&k, turn % 2 ? turn / 2 % 3 : 2, "pair", a, b);
+            equations_free(&k);
+        }
+    }
+    /* every kind of partner in every mode with every number of rows, on curved and flat sides */
+    for (kind = 0; kind < 4; kind++) {
+        for (turn = 0; turn < 3; turn++) {
+            for (mode = 0; mode < 3; mode++) {
+                equations_scene k;
+                equations_one_pair(&k, 3, partners[kind][0], 4, partners[kind][1], rows[turn],
+                                   (kind + mode) % 3);
+                equations_check(&k, mode, "partners", kind, rows[turn]);
+                equations_free(&k);
+            }
+        }
+    }
+}
+
+/* an island of two dynamic bodies between a floor and a moving body: patches share bodies, so the
+   front has to put their blocks together */
+static void equations_test_islands(void)
+{
+    static const int kinds[4][4] = {{5, 3, 0, 1}, {6, 4, 2, 7}, {5, 5, 5, 5}, {0, 1, 0, 3}};
+    int i, mode;
+    for (i = 0; i < 4; i++) {
+        for (mode = 0; mode < 3; mode++) {
+            ecp_world_desc desc = ecp_world_desc_default();
+            equations_scene k;
+            desc.max_inequalities = 12;
+            k.world = test_world(&desc);
+            equations_random_body(k.world, ECP_STATIC, 0);
+            equations_random_body(k.world, ECP_DYNAMIC, 0.8);
+            equations_random_body(k.world, ECP_KINEMATIC, 0.8);
+            equations_random_body(k.world, ECP_DYNAMIC, 0.8);
+            equations_add_shape(k.world, 0, -1, 3, 0);
+            equations_add_shape(k.world, 1, kinds[i][0], 3, 1);
+            equations_add_shape(k.world, 2, kinds[i][1], 2, 0);
+            equations_add_shape(k.world, 3, kinds[i][2], mode ? 3 : 0, 1);
+            if (i != 2) equations_add_shape(k.world, 3, kinds[i][3], 3, 0);
+            equations_build(&k, ECP_R(0.3));
+            CHECK(k.s.body_count == 2 && k.s.pair_count == (i != 2 ? 8 : 5));
+            equations_check(&k, mode, "island", i, 0);
+            equations_free(&k);
+        }
+    }
+}
+
+static void test_equations(void)
+{
+    test_seed = 31;
+    equations_test_planes();
+    equations_test_pairs();
+    equations_test_islands();
+    /* nearly no random point is singular in double; in float one in ten is too nearly so */
+    CHECK(equations_singular < test_by(0.02, 0.25) * equations_steps);
+}

@@ -34,7 +34,45 @@
 
    A COMPLETE PROGRAM (examples/minimal.c)
 
-@PROGRAM@
+       #define ECPSIM_IMPLEMENTATION
+       #include "ecpsim.h"
+       #include <stdio.h>
+       #include <stdlib.h>
+
+       int main(void)
+       {
+           const ecp_real up[3] = {0, 0, 1}, half[3] = {0.2, 0.1, 0.05}; // m
+           const ecp_real inertia[9] = {0.0042, 0, 0, 0, 0.0142, 0, 0, 0, 0.0167};
+           ecp_world_desc desc = ecp_world_desc_default();
+           ecp_body_desc body = ecp_body_desc_default();
+           ecp_world *world;
+           ecp_shape shape;
+           ecp_real x[3];
+           size_t bytes = ecp_world_memsize(&desc);
+           if (ecp_world_init(&world, &desc, malloc(bytes), bytes) != ECP_OK) return 1;
+
+           body.kind = ECP_STATIC; // body 0: the ground, z <= 0
+           ecp_body_add(world, &body, NULL);
+           ecp_shape_half_space(&shape, up, 0);
+           ecp_body_add_shape(world, 0, &shape, NULL, NULL, NULL, NULL);
+
+           body.kind = ECP_DYNAMIC; // body 1: a box of 1 kg, thrown
+           for (int i = 0; i < 9; i++) body.inertia[i] = inertia[i];
+           body.position[2] = 0.5;
+           body.velocity[0] = 1;
+           ecp_body_add(world, &body, NULL);
+           ecp_shape_box(&shape, half);
+           ecp_body_add_shape(world, 1, &shape, NULL, NULL, NULL, NULL);
+
+           for (int k = 0; k < 100; k++) {
+               ecp_status status = ecp_step(world, 0.01, NULL, NULL);
+               if (status != ECP_OK) return puts(ecp_status_string(status)), 1;
+           }
+           ecp_body_get_state(world, 1, x, NULL, NULL, NULL);
+           printf("minimal: the box rests at (%.6f, %.6f, %.6f)\n", x[0], x[1], x[2]);
+           free(world);
+           return 0;
+       }
 
    OPTIONS
    ecp_step() takes ecp_options or NULL. `rule` chooses among the many solutions that a body on two
@@ -171,33 +209,35 @@ typedef double ecp_real;
 
 /* Every result of a public call. Zero is success; a call that returns anything else has changed
    nothing. ecp_status_string() gives the sentence. */
-#define ECP_STATUS_LIST(X) \
-    X(ECP_OK, 0, "success") \
-    X(ECP_NOT_SOLVED, -1, "the step's equations were not solved within the limits; the world is as it was") \
-    X(ECP_BAD_POINTER, -2, "a required pointer is NULL") \
-    X(ECP_NOT_FINITE, -3, "a number is NaN or infinite") \
-    X(ECP_BAD_SIZE, -4, "a size, radius or normal is not positive") \
-    X(ECP_EMPTY_POLYTOPE, -5, "the half-spaces of the polytope have no common interior") \
-    X(ECP_UNBOUNDED_POLYTOPE, -6, "the half-spaces of the polytope leave a direction open") \
-    X(ECP_BAD_MASS, -7, "the mass of a dynamic body must be positive") \
-    X(ECP_BAD_INERTIA, -8, "the inertia is not symmetric positive definite") \
-    X(ECP_BAD_INERTIA_TRIANGLE, -9, "the inertia violates the triangle inequality: no solid has it") \
-    X(ECP_BAD_ROTATION, -10, "the quaternion (w, x, y, z) has no length") \
-    X(ECP_BAD_STEP, -11, "the time step must be positive") \
-    X(ECP_BAD_FRICTION, -12, "the friction coefficient must not be negative") \
-    X(ECP_BAD_ELLIPSOID, -13, "friction ellipsoid: e_t, e_o must be positive, e_r not negative") \
-    X(ECP_BAD_INDEX, -14, "no body, shape or contact has this index") \
-    X(ECP_BAD_KIND, -15, "not for a body of this kind (a half-space is never dynamic, a load needs a dynamic body)") \
-    X(ECP_BAD_OPTION, -16, "an option or a description field is outside its range") \
-    X(ECP_MEMORY_SMALL, -17, "the memory block is smaller than the memsize function says") \
-    X(ECP_MEMORY_ALIGN, -18, "the memory block is not aligned to 8 bytes") \
-    X(ECP_CAPACITY, -19, "a capacity of the description (bodies, shapes, patches, inequalities) or buffer is used up")
+#define ECP_STATUS_LIST(X)                                                                         \
+    X(ECP_OK, 0, "success")                                                                        \
+    X(ECP_NOT_SOLVED, -1,                                                                          \
+      "the step's equations were not solved within the limits; the world is as it was")            \
+    X(ECP_BAD_POINTER, -2, "a required pointer is NULL")                                           \
+    X(ECP_NOT_FINITE, -3, "a number is NaN or infinite")                                           \
+    X(ECP_BAD_SIZE, -4, "a size, radius or normal is not positive")                                \
+    X(ECP_EMPTY_POLYTOPE, -5, "the half-spaces of the polytope have no common interior")           \
+    X(ECP_UNBOUNDED_POLYTOPE, -6, "the half-spaces of the polytope leave a direction open")        \
+    X(ECP_BAD_MASS, -7, "the mass of a dynamic body must be positive")                             \
+    X(ECP_BAD_INERTIA, -8, "the inertia is not symmetric positive definite")                       \
+    X(ECP_BAD_INERTIA_TRIANGLE, -9,                                                                \
+      "the inertia violates the triangle inequality: no solid has it")                             \
+    X(ECP_BAD_ROTATION, -10, "the quaternion (w, x, y, z) has no length")                          \
+    X(ECP_BAD_STEP, -11, "the time step must be positive")                                         \
+    X(ECP_BAD_FRICTION, -12, "the friction coefficient must not be negative")                      \
+    X(ECP_BAD_ELLIPSOID, -13, "friction ellipsoid: e_t, e_o must be positive, e_r not negative")   \
+    X(ECP_BAD_INDEX, -14, "no body, shape or contact has this index")                              \
+    X(ECP_BAD_KIND, -15,                                                                           \
+      "not for a body of this kind (a half-space is never dynamic, a load needs a dynamic body)")  \
+    X(ECP_BAD_OPTION, -16, "an option or a description field is outside its range")                \
+    X(ECP_MEMORY_SMALL, -17, "the memory block is smaller than the memsize function says")         \
+    X(ECP_MEMORY_ALIGN, -18, "the memory block is not aligned to 8 bytes")                         \
+    X(ECP_CAPACITY, -19, "a capacity of the description or the buffer is used up")
 
 typedef enum ecp_status {
 #define ECP_I_ENUM(name, value, text) name = value,
     ECP_STATUS_LIST(ECP_I_ENUM)
 #undef ECP_I_ENUM
-    ECP_I_STATUS_MAX = 1
 } ecp_status;
 
 /* The sentence that belongs to a status; never NULL. */
@@ -265,7 +305,7 @@ ECP_DEF void ecp_quat_multiply(const ecp_real a[4], const ecp_real b[4], ecp_rea
 ECP_DEF void ecp_quat_advance(const ecp_real q[4], const ecp_real w[3], ecp_real h,
                               ecp_real out[4]);
 
-/* >>shapes: declarations
+/* >>shapes-api ============================================================================
 
    A shape is a convex solid {x : f_1(x) <= 0, ..., f_m(x) <= 0} in its own frame (metres). Each
    f_i is a length in metres, and its gradient has unit length where f_i = 0 bounds the solid, so a
@@ -294,8 +334,8 @@ typedef struct ecp_shape ecp_shape;
 /* Mass properties. `inertia` is about `centre`, row major, along the axes of the frame in which
    `centre` is given. */
 typedef struct ecp_mass {
-    ecp_real mass; /* kg */
-    ecp_real centre[3]; /* m */
+    ecp_real mass;       /* kg */
+    ecp_real centre[3];  /* m */
     ecp_real inertia[9]; /* kg m^2 */
 } ecp_mass;
 
@@ -338,14 +378,14 @@ typedef struct ecp_shape_class {
 struct ecp_shape {
     const ecp_shape_class *cls;
     ecp_shape_kind kind;
-    int inequalities; /* m */
-    int vertex_count; /* polytope only, else 0 */
-    ecp_real size[4]; /* see the table above; unused entries are 0 */
-    ecp_real centre[3]; /* the centroid (half-space: the boundary point nearest the origin) */
-    ecp_real radius; /* of a ball about `centre` that holds the shape; < 0: unbounded */
-    const ecp_real *planes; /* polytope only: m rows (n_x, n_y, n_z, c), the caller's */
+    int inequalities;         /* m */
+    int vertex_count;         /* polytope only, else 0 */
+    ecp_real size[4];         /* see the table above; unused entries are 0 */
+    ecp_real centre[3];       /* the centroid (half-space: the boundary point nearest the origin) */
+    ecp_real radius;          /* of a ball about `centre` that holds the shape; < 0: unbounded */
+    const ecp_real *planes;   /* polytope only: m rows (n_x, n_y, n_z, c), the caller's */
     const ecp_real *vertices; /* polytope only: vertex_count rows (x, y, z), the caller's */
-    const void *user; /* ECP_CONVEX only */
+    const void *user;         /* ECP_CONVEX only */
 };
 
 /* Constructors.
@@ -564,24 +604,24 @@ ECP_DEF ecp_options ecp_options_default(void);
 /* What a step did. */
 typedef struct ecp_report {
     ecp_status status;
-    int unknowns;         /* scalar unknowns of the step's problem, all islands */
-    int patches_kept;     /* pairs of primitives in the problem */
-    int patches_left_out; /* pairs that cannot touch within the step */
-    int islands;          /* groups of bodies that touch, each solved by itself */
-    int iterations;       /* Newton iterations, all attempts */
-    int centring_rounds;  /* of the rule ECP_CENTRED */
-    int evaluations;      /* residual evaluations, of an island each */
-    int fallbacks;        /* ECP_FALLBACK_... that were used, or-ed */
-    int body, shape_a, shape_b;  /* if status is not ECP_OK: where, or -1 */
-    ecp_real value, limit;       /* if status is not ECP_OK: the value met and the one it must meet */
-    ecp_real merit;              /* |F|^2 / 2 of the scaled residual, summed over the islands */
-    ecp_real natural_residual;   /* max |F_i| */
-    ecp_real worst_gap;          /* the least separation of a patch, m; below zero: penetration */
-    ecp_real worst_cone;         /* max of |y| - mu p_n over the patches, N s; y as in docs/model.md */
-    ecp_real largest_turn;       /* max of h |w| over the bodies, rad. A step that turns a body by
+    int unknowns;               /* scalar unknowns of the step's problem, all islands */
+    int patches_kept;           /* pairs of primitives in the problem */
+    int patches_left_out;       /* pairs that cannot touch within the step */
+    int islands;                /* groups of bodies that touch, each solved by itself */
+    int iterations;             /* Newton iterations, all attempts */
+    int centring_rounds;        /* of the rule ECP_CENTRED */
+    int evaluations;            /* residual evaluations, of an island each */
+    int fallbacks;              /* ECP_FALLBACK_... that were used, or-ed */
+    int body, shape_a, shape_b; /* if status is not ECP_OK: where, or -1 */
+    ecp_real value, limit;     /* if status is not ECP_OK: the value met and the one it must meet */
+    ecp_real merit;            /* |F|^2 / 2 of the scaled residual, summed over the islands */
+    ecp_real natural_residual; /* max |F_i| */
+    ecp_real worst_gap;        /* the least separation of a patch, m; below zero: penetration */
+    ecp_real worst_cone;   /* max of |y| - mu p_n over the patches, N s; y as in docs/model.md */
+    ecp_real largest_turn; /* max of h |w| over the bodies, rad. A step that turns a body by
                                     more than about 0.1 may have several solutions, of which the
                                     one nearest to the start is taken */
-    size_t memory_used;          /* high-water mark of the block, bytes */
+    size_t memory_used;    /* high-water mark of the block, bytes */
 } ecp_report;
 
 /* Advances the world by h seconds: predicts, solves the equations of the paper for all bodies and
@@ -600,18 +640,18 @@ typedef enum ecp_mode { ECP_APART, ECP_STICK, ECP_SLIP } ecp_mode;
 
 /* A patch at the end of the last step. */
 typedef struct ecp_contact {
-    int shape_a, shape_b;           /* indices of the primitives */
+    int shape_a, shape_b; /* indices of the primitives */
     int body_a, body_b;
-    ecp_real point_a[3], point_b[3];/* the ECP on both (a_1, a_2), m, world */
-    ecp_real normal[3];             /* unit, from B to A: the direction in which p_n pushes A */
+    ecp_real point_a[3], point_b[3]; /* the ECP on both (a_1, a_2), m, world */
+    ecp_real normal[3];              /* unit, from B to A: the direction in which p_n pushes A */
     ecp_real direction_t[3], direction_o[3]; /* unit tangents: (t, o, normal) is right-handed */
-    ecp_real gap;                   /* m, along the normal */
-    ecp_real separation;            /* m, of A and B by their support functions along the normal:
+    ecp_real gap;                            /* m, along the normal */
+    ecp_real separation;        /* m, of A and B by their support functions along the normal:
                                        the certificate; any value >= 0 proves that they are apart */
-    ecp_real p_n, p_t, p_o;         /* impulses on A along normal and tangents, N s */
-    ecp_real p_r;                   /* moment impulse on A about the normal, N m s */
-    ecp_real sigma;                 /* slip |(e_t v_t, e_o v_o, e_r w_n)|, m/s; zero unless it slips */
-    ecp_real mu, e_t, e_o, e_r;     /* the pair's friction */
+    ecp_real p_n, p_t, p_o;     /* impulses on A along normal and tangents, N s */
+    ecp_real p_r;               /* moment impulse on A about the normal, N m s */
+    ecp_real sigma;             /* slip |(e_t v_t, e_o v_o, e_r w_n)|, m/s; zero unless it slips */
+    ecp_real mu, e_t, e_o, e_r; /* the pair's friction */
     ecp_mode mode;
 } ecp_contact;
 
@@ -636,8 +676,8 @@ typedef struct ecp_printed {
     ecp_real largest;
 } ecp_printed;
 
-ECP_DEF ecp_status ecp_printed_residual(const ecp_world *before, const ecp_world *after,
-                                        ecp_real h, ecp_printed *printed);
+ECP_DEF ecp_status ecp_printed_residual(const ecp_world *before, const ecp_world *after, ecp_real h,
+                                        ecp_printed *printed);
 
 /* One step of a body in pure translation on a plane, in closed form (equation:impulse_t to _n, with
    the signs and the stick branch that the paper leaves out; isotropic friction e). In: mass, unit
@@ -654,8 +694,8 @@ ECP_DEF ecp_mode ecp_translation_step(ecp_real mass, const ecp_real normal[3], e
    F_i(z) = 0; for each of the last m, z_i >= 0, F_i >= 0, z_i F_i = 0. */
 typedef struct ecp_mcp {
     int n, m;
-    void (*function)(void *user, const ecp_real *z, ecp_real *F);  /* F[n + m] */
-    void (*jacobian)(void *user, const ecp_real *z, ecp_real *J);  /* J[(n + m)^2], row major */
+    void (*function)(void *user, const ecp_real *z, ecp_real *F); /* F[n + m] */
+    void (*jacobian)(void *user, const ecp_real *z, ecp_real *J); /* J[(n + m)^2], row major */
     void *user;
 } ecp_mcp;
 
@@ -1134,12 +1174,12 @@ ECP_DEF int ecp_eliminate(ecp_real *A, int ld, int all_rows, int all_cols, int r
     return k;
 }
 
-/* >>shapes: implementation */
+/* >>shapes ================================================================================ */
 
 #define ECP_I_PI ECP_R(3.14159265358979323846)
 
 /* a constant that follows the precision of ecp_real */
-#define ECP_I_BY_PRECISION(single_value, double_value) \
+#define ECP_I_BY_PRECISION(single_value, double_value)                                             \
     ECP_R(sizeof(ecp_real) == sizeof(float) ? (single_value) : (double_value))
 
 /* smallest radius of a frustum relative to its size. The curvature of the side goes up as its
@@ -1505,7 +1545,8 @@ static void ecp_i_frustum_rho(const ecp_shape *s, ecp_real z, ecp_real rho[3])
     d = (r0 - rho[0]) / r0;
     g = ECP_R(2) + ECP_R(4) * d + ECP_R(8) * d * d;
     g1 = (ECP_R(4) + ECP_R(16) * d) / g;
-    ecp_i_set3(r0 * (ECP_R(0.5) + ECP_R(1) / g), k * (g1 / g), k * (k / r0) * ((ECP_R(2) * g1 * g1 - ECP_R(16) / g) / g), rho);
+    ecp_i_set3(r0 * (ECP_R(0.5) + ECP_R(1) / g), k * (g1 / g),
+               k * (k / r0) * ((ECP_R(2) * g1 * g1 - ECP_R(16) / g) / g), rho);
 }
 
 static void ecp_i_frustum_eval(const ecp_shape *s, const ecp_real x[3], ecp_real *f, ecp_real *g)
@@ -1519,7 +1560,8 @@ static void ecp_i_frustum_eval(const ecp_shape *s, const ecp_real x[3], ecp_real
     q = d / rho[0];
     f[0] = (d - rho[0]) * (q + ECP_R(1)) / (ECP_R(2) * K);
     if (g != NULL) {
-        ecp_i_set3(x[0] / (rho[0] * K), x[1] / (rho[0] * K), -(q * q + ECP_R(1)) * rho[1] / (ECP_R(2) * K), g);
+        ecp_i_set3(x[0] / (rho[0] * K), x[1] / (rho[0] * K),
+                   -(q * q + ECP_R(1)) * rho[1] / (ECP_R(2) * K), g);
     }
     ecp_i_caps_eval(s->size[2], x[2], f + 1, g != NULL ? g + 3 : NULL);
 }
@@ -1811,8 +1853,8 @@ static void ecp_i_integrals_add(ecp_i_integrals *sum, const ecp_real p0[3], cons
     for (int i = 0; i < 3; ++i) {
         sum->first[i] += volume * t[i] / ECP_R(4);
         for (int j = 0; j <= i; ++j) {
-            sum->second[3 * i + j] += volume / ECP_R(20) *
-                                      (p[i] * p[j] + q[i] * q[j] + r[i] * r[j] + t[i] * t[j]);
+            sum->second[3 * i + j] +=
+                volume / ECP_R(20) * (p[i] * p[j] + q[i] * q[j] + r[i] * r[j] + t[i] * t[j]);
         }
     }
     ecp_i_cross(pq, pr, area);
@@ -1887,8 +1929,8 @@ static void ecp_i_integrals_mass(const ecp_i_integrals *sum, ecp_mass *out)
     }
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j <= i; ++j) {
-            out->inertia[3 * i + j] = (i == j ? trace : ECP_R(0)) -
-                                      (sum->second[3 * i + j] - sum->volume * c[i] * c[j]);
+            out->inertia[3 * i + j] =
+                (i == j ? trace : ECP_R(0)) - (sum->second[3 * i + j] - sum->volume * c[i] * c[j]);
             out->inertia[3 * j + i] = out->inertia[3 * i + j];
         }
     }
@@ -1905,20 +1947,20 @@ static void ecp_i_polytope_mass(const ecp_shape *s, ecp_mass *out)
 
 static const ecp_shape_class ecp_i_half_space_class = {
     ecp_i_half_space_eval, NULL, ecp_i_half_space_support, ecp_i_half_space_mass};
-static const ecp_shape_class ecp_i_sphere_class = {
-    ecp_i_sphere_eval, ecp_i_sphere_hess, ecp_i_sphere_support, ecp_i_sphere_mass};
+static const ecp_shape_class ecp_i_sphere_class = {ecp_i_sphere_eval, ecp_i_sphere_hess,
+                                                   ecp_i_sphere_support, ecp_i_sphere_mass};
 static const ecp_shape_class ecp_i_ellipsoid_class = {
     ecp_i_ellipsoid_eval, ecp_i_ellipsoid_hess, ecp_i_ellipsoid_support, ecp_i_ellipsoid_mass};
-static const ecp_shape_class ecp_i_capsule_class = {
-    ecp_i_capsule_eval, ecp_i_capsule_hess, ecp_i_capsule_support, ecp_i_capsule_mass};
-static const ecp_shape_class ecp_i_cylinder_class = {
-    ecp_i_cylinder_eval, ecp_i_cylinder_hess, ecp_i_cylinder_support, ecp_i_cylinder_mass};
-static const ecp_shape_class ecp_i_frustum_class = {
-    ecp_i_frustum_eval, ecp_i_frustum_hess, ecp_i_frustum_support, ecp_i_frustum_mass};
-static const ecp_shape_class ecp_i_box_class = {
-    ecp_i_box_eval, NULL, ecp_i_box_support, ecp_i_box_mass};
-static const ecp_shape_class ecp_i_polytope_class = {
-    ecp_i_polytope_eval, NULL, ecp_i_polytope_support, ecp_i_polytope_mass};
+static const ecp_shape_class ecp_i_capsule_class = {ecp_i_capsule_eval, ecp_i_capsule_hess,
+                                                    ecp_i_capsule_support, ecp_i_capsule_mass};
+static const ecp_shape_class ecp_i_cylinder_class = {ecp_i_cylinder_eval, ecp_i_cylinder_hess,
+                                                     ecp_i_cylinder_support, ecp_i_cylinder_mass};
+static const ecp_shape_class ecp_i_frustum_class = {ecp_i_frustum_eval, ecp_i_frustum_hess,
+                                                    ecp_i_frustum_support, ecp_i_frustum_mass};
+static const ecp_shape_class ecp_i_box_class = {ecp_i_box_eval, NULL, ecp_i_box_support,
+                                                ecp_i_box_mass};
+static const ecp_shape_class ecp_i_polytope_class = {ecp_i_polytope_eval, NULL,
+                                                     ecp_i_polytope_support, ecp_i_polytope_mass};
 
 /* ---- constructors */
 
@@ -2165,8 +2207,8 @@ static int ecp_i_polytope_corner(const ecp_real *planes, int count, const int tr
             height[k] = ecp_i_plane_height(p[k], x);
         }
         for (int k = 0; k < 3; ++k) {
-            x[k] -= (height[0] * dual[0][k] + height[1] * dual[1][k] + height[2] * dual[2][k]) /
-                    det;
+            x[k] -=
+                (height[0] * dual[0][k] + height[1] * dual[1][k] + height[2] * dual[2][k]) / det;
         }
     }
     for (int i = 0; i < count; ++i) {
@@ -2228,7 +2270,8 @@ static ecp_status ecp_i_polytope_vertices(const ecp_real *planes, int count, ecp
         }
         for (int v = 0; v < *number && !known; ++v) {
             ecp_real d[3];
-            ecp_i_set3(x[0] - vertices[3 * v], x[1] - vertices[3 * v + 1], x[2] - vertices[3 * v + 2], d);
+            ecp_i_set3(x[0] - vertices[3 * v], x[1] - vertices[3 * v + 1],
+                       x[2] - vertices[3 * v + 2], d);
             known = ecp_i_norm(d) <= ECP_I_POLY_SAME * reach;
         }
         if (known) {
@@ -2321,7 +2364,8 @@ ECP_DEF ecp_status ecp_shape_polytope(ecp_shape *s, const ecp_real *planes, int 
     ecp_i_copy3(mass.centre, made.centre);
     for (int v = 0; v < made.vertex_count; ++v) {
         ecp_real d[3];
-        ecp_i_set3(vertices[3 * v] - mass.centre[0], vertices[3 * v + 1] - mass.centre[1], vertices[3 * v + 2] - mass.centre[2], d);
+        ecp_i_set3(vertices[3 * v] - mass.centre[0], vertices[3 * v + 1] - mass.centre[1],
+                   vertices[3 * v + 2] - mass.centre[2], d);
         made.radius = ecp_i_max(made.radius, ecp_i_norm(d));
     }
     *s = made;
@@ -2429,8 +2473,8 @@ ECP_DEF void ecp_mass_add(ecp_mass *total, const ecp_mass *part, const ecp_real 
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j <= i; ++j) {
             const ecp_real square = i == j ? ecp_i_dot(d, d) : ECP_R(0);
-            sum.inertia[3 * i + j] += ecp_i_dot(RI + 3 * i, R + 3 * j) +
-                                      m1 * share * (square - d[i] * d[j]);
+            sum.inertia[3 * i + j] +=
+                ecp_i_dot(RI + 3 * i, R + 3 * j) + m1 * share * (square - d[i] * d[j]);
             sum.inertia[3 * j + i] = sum.inertia[3 * i + j];
         }
     }
@@ -2440,7 +2484,7 @@ ECP_DEF void ecp_mass_add(ecp_mass *total, const ecp_mass *part, const ecp_real 
 /* >>world ================================================================================= */
 
 typedef struct ecp_i_body {
-    ecp_real mass, length;    /* length: of the body's inertia, sqrt(trace(I) / mass) */
+    ecp_real mass, length; /* length: of the body's inertia, sqrt(trace(I) / mass) */
     ecp_real inertia[9];
     ecp_real x[3], q[4], v[6]; /* v: linear, then angular */
     /* what x and v could not hold: the exact sums are x + x_carry and v + v_carry */
@@ -2501,7 +2545,6 @@ static int *ecp_i_take_ints(ecp_i_arena *arena, int count)
     return (int *)ecp_i_take(arena, (size_t)count, sizeof(int));
 }
 
-
 static ecp_i_body *ecp_i_bodies(const ecp_world *w)
 {
     return (ecp_i_body *)(void *)((unsigned char *)w + w->bodies_at);
@@ -2543,7 +2586,8 @@ static void ecp_i_carve_state(ecp_i_arena *arena, ecp_world *w)
 ECP_DEF const char *ecp_status_string(ecp_status status)
 {
     switch (status) {
-#define ECP_I_CASE(name, value, text) case name: return text;
+#define ECP_I_CASE(name, value, text)                                                              \
+    case name: return text;
         ECP_STATUS_LIST(ECP_I_CASE)
 #undef ECP_I_CASE
     default: return "not a status of this library";
@@ -2678,7 +2722,8 @@ ECP_DEF ecp_status ecp_body_add(ecp_world *world, const ecp_body_desc *desc, int
 
 static ecp_status ecp_i_check_material(const ecp_material *m)
 {
-    if (!ecp_i_finite(m->mu) || !ecp_i_all_finite(3, &m->e_t) || !ecp_i_all_finite(3, m->direction)) {
+    if (!ecp_i_finite(m->mu) || !ecp_i_all_finite(3, &m->e_t) ||
+        !ecp_i_all_finite(3, m->direction)) {
         return ECP_NOT_FINITE;
     }
     if (m->mu < 0) return ECP_BAD_FRICTION;
@@ -2846,11 +2891,11 @@ ECP_DEF ecp_status ecp_shape_get(const ecp_world *world, int shape_index, const 
 typedef struct ecp_i_motion {
     const ecp_i_body *body;
     int dynamic, island;
-    int at;               /* of its six unknowns in the island's vector */
-    ecp_real R0[9];       /* rotation at the beginning of the step */
-    ecp_real inertia[9];  /* about the centre of mass, world axes, beginning of the step */
-    ecp_real kick[6];     /* p_app + p_vp of equ:discrete_NE */
-    ecp_real free[6];     /* the velocity change without contacts, M^-1 kick */
+    int at;                       /* of its six unknowns in the island's vector */
+    ecp_real R0[9];               /* rotation at the beginning of the step */
+    ecp_real inertia[9];          /* about the centre of mass, world axes, beginning of the step */
+    ecp_real kick[6];             /* p_app + p_vp of equ:discrete_NE */
+    ecp_real free[6];             /* the velocity change without contacts, M^-1 kick */
     ecp_real mass, length, speed; /* units: of mass, of length, of velocity (vs, of the island) */
     /* at the trial velocity */
     ecp_real dv[6], v[6]; /* change over the step, and velocity at its end */
@@ -2937,9 +2982,9 @@ typedef struct ecp_i_pair {
     int nl, nm, nf;            /* numbers of multipliers of f and g, of friction rows (0, 2, 3) */
     int at, count;             /* of its unknowns in the island's vector */
     ecp_real mu, e[3], direction[3];
-    ecp_real L, V, P;          /* units of length, velocity, impulse */
+    ecp_real L, V, P; /* units of length, velocity, impulse */
     ecp_real e_scaled[3], rho;
-    ecp_real offset[3];        /* x_A - x_B at the beginning of the step */
+    ecp_real offset[3]; /* x_A - x_B at the beginning of the step */
 
     /* at the trial point */
     ecp_real *fa, *ga, *fb, *gb;     /* values and gradients of f at a, of g at b */
@@ -2950,14 +2995,14 @@ typedef struct ecp_i_pair {
     ecp_real ra[3], rb[3];           /* from the centres of mass to a */
     ecp_real rb2[3];                 /* from B's to a2 */
     ecp_real b_local[3], d;
-    ecp_real d_floor, d_noise;       /* rounding error of the gap as a distance, and in its row */
-    ecp_real n_noise;                /* and of the rows of the normal, from the last Newton step */
-    ecp_real v[3], spin[3];          /* of A relative to B at a */
-    ecp_real force[3];               /* impulse on A */
-    ecp_real p[4];                   /* p_n / P, y */
-    ecp_real z[3], radius, z_norm;   /* argument of the projection, mu p_n, |z| */
-    ecp_real outer;                  /* max(|z|, radius), by which the projection divides */
-    ecp_real tau;                    /* smoothing of the complementarity rows */
+    ecp_real d_floor, d_noise;     /* rounding error of the gap as a distance, and in its row */
+    ecp_real n_noise;              /* and of the rows of the normal, from the last Newton step */
+    ecp_real v[3], spin[3];        /* of A relative to B at a */
+    ecp_real force[3];             /* impulse on A */
+    ecp_real p[4];                 /* p_n / P, y */
+    ecp_real z[3], radius, z_norm; /* argument of the projection, mu p_n, |z| */
+    ecp_real outer;                /* max(|z|, radius), by which the projection divides */
+    ecp_real tau;                  /* smoothing of the complementarity rows */
 
     /* the Newton block (see elimination) */
     ecp_real *block;
@@ -3159,13 +3204,13 @@ static void ecp_i_pair_residual(const ecp_i_pair *c, const ecp_real *y, ecp_real
 /* >>jacobian: one column for each unknown, by carrying a first-order change through the rows */
 
 typedef struct ecp_i_change {
-    ecp_real ra[3], rb[3];    /* of the point a, seen from A and from B */
-    ecp_real n[3];            /* of the outward normal of A (pair) */
-    ecp_real rows[3];         /* direct change of the three rows of the normal */
-    ecp_real d;               /* of the gap (pair) */
-    ecp_real turn_b[3];       /* rotation of B */
+    ecp_real ra[3], rb[3]; /* of the point a, seen from A and from B */
+    ecp_real n[3];         /* of the outward normal of A (pair) */
+    ecp_real rows[3];      /* direct change of the three rows of the normal */
+    ecp_real d;            /* of the gap (pair) */
+    ecp_real turn_b[3];    /* rotation of B */
     ecp_real v[3], spin[3];
-    ecp_real p[4];            /* of p_n / P and y */
+    ecp_real p[4]; /* of p_n / P and y */
 } ecp_i_change;
 
 /* the change of b = Qb^T (a2 - x_B), in lengths L */
@@ -3206,7 +3251,8 @@ static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_change *t, co
                                   const ecp_real dt[3], const ecp_real d_o[3], ecp_real *column)
 {
     ecp_real dz[3], along = 0, d_radius, apart = c->z_norm - c->radius, tau2 = c->tau * c->tau;
-    ecp_real q = ecp_i_sqrt(apart * apart + tau2), p = c->p[0], size = ecp_i_sqrt(p * p + tau2), slope;
+    ecp_real q = ecp_i_sqrt(apart * apart + tau2), p = c->p[0], size = ecp_i_sqrt(p * p + tau2),
+             slope;
     int k, ld = c->columns;
     dz[0] = ecp_i_dot(dt, c->v) + ecp_i_dot(c->t, t->v);
     dz[1] = ecp_i_dot(d_o, c->v) + ecp_i_dot(c->o, t->v);
@@ -3223,7 +3269,8 @@ static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_change *t, co
     for (k = 0; k < c->nf; k++) {
         ecp_real d_outer = slope * along + (1 - slope) * d_radius;
         column[ld * k] = t->p[1 + k] - (c->radius * dz[k] + c->z[k] * d_radius -
-                                        c->radius * c->z[k] * d_outer / c->outer) / c->outer;
+                                        c->radius * c->z[k] * d_outer / c->outer) /
+                                           c->outer;
     }
 }
 
@@ -3283,7 +3330,8 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_change *t, ecp_real h,
         ecp_i_wrench_column(c, c->ma, 1, c->ra, t->ra, dF, twist, column + ld * row);
         row += 6;
     }
-    if (c->mb->dynamic) ecp_i_wrench_column(c, c->mb, -1, c->rb, t->rb, dF, twist, column + ld * row);
+    if (c->mb->dynamic)
+        ecp_i_wrench_column(c, c->mb, -1, c->rb, t->rb, dF, twist, column + ld * row);
 }
 
 /* Multipliers whose row is steeper in l than in the constraint, dF = da dl + db ds with da >= db,
@@ -3552,8 +3600,8 @@ static void ecp_i_block_eliminate(ecp_i_pair *c)
 /* From the velocity changes dv (of A and B, scaled) and the values `left` of the unknowns passed on:
    the step dy of all the patch's unknowns. */
 static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real *dv_a,
-                                const ecp_real *dv_b, const ecp_real *left, ecp_real h, int centring,
-                                ecp_real *dy)
+                                const ecp_real *dv_b, const ecp_real *left, ecp_real h,
+                                int centring, ecp_real *dy)
 {
     ecp_real *x = c->block + c->columns * c->ny; /* the momentum rows are done with */
     ecp_real db[3], target_a[3], target_p[4], cone[3];
@@ -3632,15 +3680,15 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
 
 typedef struct ecp_i_front {
     int n, K;
-    ecp_real *M, *b;         /* n x n, n */
-    ecp_real *C, *c;         /* K x n, K */
-    ecp_real *Bt, *x;        /* B^T, K x n; the forces, K */
-    ecp_real *weight;        /* K: what a unit of x costs in the least step */
-    ecp_real *work, *v;      /* n (n + 1), n: the permuted M, and the velocities */
-    ecp_real *tau_c, *tau_b; /* n each */
+    ecp_real *M, *b;                /* n x n, n */
+    ecp_real *C, *c;                /* K x n, K */
+    ecp_real *Bt, *x;               /* B^T, K x n; the forces, K */
+    ecp_real *weight;               /* K: what a unit of x costs in the least step */
+    ecp_real *work, *v;             /* n (n + 1), n: the permuted M, and the velocities */
+    ecp_real *tau_c, *tau_b;        /* n each */
     ecp_real *square, *rhs, *least; /* n n, n, ECP_LEAST_SQUARES_WORK(n, n) */
     ecp_real *null, *gram, *row;    /* n n, n n, n */
-    int *piv_c, *piv_b, *ints; /* n, n, 2 n */
+    int *piv_c, *piv_b, *ints;      /* n, n, 2 n */
 } ecp_i_front;
 
 /* C and B^T by QR with column pivoting, the forces forward-eliminated from the momentum rows, and
@@ -3772,15 +3820,15 @@ static int ecp_i_front_solve(ecp_i_front *f)
 /* >>island: the problem of a group of bodies that touch */
 
 typedef struct ecp_i_island {
-    ecp_i_motion *motions;    /* of all bodies */
-    int *bodies, body_count;  /* indices of the island's dynamic bodies */
+    ecp_i_motion *motions;   /* of all bodies */
+    int *bodies, body_count; /* indices of the island's dynamic bodies */
     ecp_i_pair **pairs;
     int pair_count, unknowns;
-    ecp_real h, noise;        /* noise: velocities, scaled, that count as zero in a warm start */
+    ecp_real h, noise; /* noise: velocities, scaled, that count as zero in a warm start */
     const ecp_world *world;
-    int centring;             /* count unknowns from their target in the next Newton step */
-    int many;                 /* the last Newton step had many solutions */
-    int uncentred;            /* a patch starts from a point that the rule ECP_CENTRED did not choose */
+    int centring;  /* count unknowns from their target in the next Newton step */
+    int many;      /* the last Newton step had many solutions */
+    int uncentred; /* a patch starts from a point that the rule ECP_CENTRED did not choose */
     ecp_i_front front;
 } ecp_i_island;
 
@@ -3896,8 +3944,8 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         ecp_i_block_recover(c, z + c->at, f->v + (c->ma->dynamic ? c->ma->at : 0),
-                            f->v + (c->mb->dynamic ? c->mb->at : 0), f->x + left,
-                            s->h, s->centring, dz + c->at);
+                            f->v + (c->mb->dynamic ? c->mb->at : 0), f->x + left, s->h, s->centring,
+                            dz + c->at);
         left += c->ny - c->pivots;
     }
     return ecp_i_all_finite(s->unknowns, dz);
@@ -4104,7 +4152,8 @@ static int ecp_i_mcp_start(void *self, int k, ecp_real *z)
         seed = (seed * 1103515245u + 12345u) & 0x7fffffffu;
         z[i] = s->z0[i];
         if (k < 2) continue;
-        z[i] += reach * (1 + ecp_i_abs(z[i])) * ((ecp_real)(seed >> 15) / ECP_R(32768.0) - ECP_R(0.5));
+        z[i] +=
+            reach * (1 + ecp_i_abs(z[i])) * ((ecp_real)(seed >> 15) / ECP_R(32768.0) - ECP_R(0.5));
         if (i >= s->problem->n) z[i] = ecp_i_max(z[i], 0);
     }
     return 1;
@@ -4192,7 +4241,8 @@ typedef struct ecp_i_posed {
 } ecp_i_posed;
 
 /* the farthest point of a posed primitive along the world direction n (any length) */
-static void ecp_i_farthest(const ecp_i_posed *p, const ecp_real n[3], ecp_real flat, ecp_real out[3])
+static void ecp_i_farthest(const ecp_i_posed *p, const ecp_real n[3], ecp_real flat,
+                           ecp_real out[3])
 {
     ecp_real unit[3], local[3], at[3];
     ecp_i_copy3(n, unit);
@@ -4356,7 +4406,8 @@ static ecp_real ecp_i_plane_gap(const ecp_i_posed *A, const ecp_i_posed *B, ecp_
 /* Nearest points and normal of a pair, wherever it is: apart at the end of the predicted motion, or
    else at the beginning of the step, or else moved apart along the line of the centres until it is
    (points that touch have no direction between them). Returns the shift that this took. */
-static void ecp_i_pair_nearest(const ecp_i_pair *c, ecp_real at_a[3], ecp_real at_b[3], ecp_real n[3])
+static void ecp_i_pair_nearest(const ecp_i_pair *c, ecp_real at_a[3], ecp_real at_b[3],
+                               ecp_real n[3])
 {
     ecp_i_posed A, B;
     ecp_real apart[3], x[3], shift;
@@ -4440,10 +4491,10 @@ typedef struct ecp_i_step {
     ecp_i_motion *motions;
     ecp_i_pair *pairs;
     int pair_count, left_out;
-    ecp_i_patch *records;   /* the next list of patches, and its multipliers */
+    ecp_i_patch *records; /* the next list of patches, and its multipliers */
     ecp_real *multipliers;
-    int *extra, extras;     /* pairs of shapes that turned out to touch after all */
-    int *bodies;            /* of an island */
+    int *extra, extras; /* pairs of shapes that turned out to touch after all */
+    int *bodies;        /* of an island */
     ecp_i_pair **members;
 } ecp_i_step;
 
@@ -4752,8 +4803,9 @@ static int ecp_i_find_touching(ecp_i_step *s)
     int i, j, k, found = 0;
     for (i = 0, k = 0; i < s->w->shapes; i++) {
         for (j = i + 1; j < s->w->shapes; j++) {
-            int kept = k < s->pair_count && ((s->pairs[k].shape_a == i && s->pairs[k].shape_b == j) ||
-                                             (s->pairs[k].shape_a == j && s->pairs[k].shape_b == i));
+            int kept =
+                k < s->pair_count && ((s->pairs[k].shape_a == i && s->pairs[k].shape_b == j) ||
+                                      (s->pairs[k].shape_a == j && s->pairs[k].shape_b == i));
             k += kept;
             if (kept || !ecp_i_pair_setup(s, i, j, &c) || !ecp_i_touching(&c)) continue;
             found++;
@@ -4774,8 +4826,10 @@ static void ecp_i_label_islands(ecp_i_step *s)
         for (i = 0, changed = 0; i < s->pair_count; i++) {
             ecp_i_motion *a = s->pairs[i].ma, *b = s->pairs[i].mb;
             if (!a->dynamic || !b->dynamic || a->island == b->island) continue;
-            if (a->island < b->island) b->island = a->island;
-            else a->island = b->island;
+            if (a->island < b->island)
+                b->island = a->island;
+            else
+                a->island = b->island;
             changed = 1;
         }
     }
@@ -4906,8 +4960,10 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         int warm = k == 0 && old && !old->guess;
         s->uncentred |= k == 0 && old && !old->centred;
         c->tau = 0;
-        if (warm) ecp_i_start_warm(s, c, z + c->at);
-        else ecp_i_start_geometric(c, s->h, k == 0 && old ? old->a : NULL, z + c->at);
+        if (warm)
+            ecp_i_start_warm(s, c, z + c->at);
+        else
+            ecp_i_start_geometric(c, s->h, k == 0 && old ? old->a : NULL, z + c->at);
         ecp_i_pair_evaluate(c, z + c->at, s->h);
         ecp_i_set_direction(c);
         ecp_i_tangents(c);
@@ -5028,7 +5084,8 @@ static void ecp_i_record(const ecp_i_pair *c, const ecp_real *y, ecp_real h, con
     ecp_i_pose(c, 1, 1, &B);
     ecp_i_copy3(c->n, unit);
     ecp_i_normalise(unit);
-    k->separation = c->plane ? ecp_i_plane_gap(&A, &B, 0, unit, at) : ecp_i_separation(&A, &B, unit);
+    k->separation =
+        c->plane ? ecp_i_plane_gap(&A, &B, 0, unit, at) : ecp_i_separation(&A, &B, unit);
     k->mu = c->mu;
     k->e_t = c->e[0];
     k->e_o = c->e[1];
@@ -5206,7 +5263,8 @@ static ecp_status ecp_i_commit(ecp_i_step *s)
     int i, k;
     for (i = 0; i < w->bodies; i++) {
         const ecp_i_motion *m = s->motions + i;
-        if (!ecp_i_all_finite(6, m->v) || !ecp_i_all_finite(3, m->dx) || !ecp_i_all_finite(9, m->R)) {
+        if (!ecp_i_all_finite(6, m->v) || !ecp_i_all_finite(3, m->dx) ||
+            !ecp_i_all_finite(9, m->R)) {
             return ecp_i_fail(s->r, ECP_NOT_FINITE, i, -1, -1, m->v[0], 0);
         }
     }
@@ -5240,7 +5298,8 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
     r.body = r.shape_a = r.shape_b = -1;
     if (options) o = *options;
     status = world ? ecp_i_check_options(&o) : ECP_BAD_POINTER;
-    if (status == ECP_OK && !ecp_i_finite(h)) status = ecp_i_fail(&r, ECP_NOT_FINITE, -1, -1, -1, h, 0);
+    if (status == ECP_OK && !ecp_i_finite(h))
+        status = ecp_i_fail(&r, ECP_NOT_FINITE, -1, -1, -1, h, 0);
     if (status == ECP_OK && !(h > 0)) status = ecp_i_fail(&r, ECP_BAD_STEP, -1, -1, -1, h, 0);
     if (status == ECP_OK) {
         ECPSIM_MEMSET(&s, 0, sizeof s);
@@ -5422,8 +5481,7 @@ static void ecp_i_printed_friction(const ecp_contact *k, const ecp_i_side *A, co
                     ecp_i_relative(e[i] * e[i] * k->mu * k->p_n * slip[i] + p[i] * k->sigma,
                                    ecp_i_max(1, k->e_t * k->e_t) * length * unit * speed));
     }
-    ecp_i_worst(&out->friction_c,
-                ecp_i_complementarity(cone, unit * unit, k->sigma, speed));
+    ecp_i_worst(&out->friction_c, ecp_i_complementarity(cone, unit * unit, k->sigma, speed));
 }
 
 /* equation:re_contact_multiple_1 to _5 of one patch. k1 is the constraint with the largest
@@ -5540,8 +5598,8 @@ static ecp_real ecp_i_printed_speed(const ecp_world *before, const ecp_world *af
 /* the most inequalities that the printed equations are evaluated for at once */
 #define ECP_I_PRINTED_INEQUALITIES 64
 
-ECP_DEF ecp_status ecp_printed_residual(const ecp_world *before, const ecp_world *after,
-                                        ecp_real h, ecp_printed *printed)
+ECP_DEF ecp_status ecp_printed_residual(const ecp_world *before, const ecp_world *after, ecp_real h,
+                                        ecp_printed *printed)
 {
     ecp_real f[ECP_I_PRINTED_INEQUALITIES], g[3 * ECP_I_PRINTED_INEQUALITIES], wrench[6], speed;
     ecp_real all[9];
@@ -5566,7 +5624,8 @@ ECP_DEF ecp_status ecp_printed_residual(const ecp_world *before, const ecp_world
         ecp_i_side_setup(before, after, k->shape_b, &B);
         unit = speed * ecp_i_max(A.after->mass, B.after->mass);
         ecp_i_printed_friction(k, &A, &B, speed, unit, printed);
-        ecp_i_printed_contact(k, &A, &B, ecp_i_multipliers(after, i), f, g, speed, h, unit, printed);
+        ecp_i_printed_contact(k, &A, &B, ecp_i_multipliers(after, i), f, g, speed, h, unit,
+                              printed);
     }
     all[0] = printed->newton_euler;
     all[1] = printed->kinematic;

@@ -44,8 +44,9 @@ static void record(const scene *s, int first_leg, frame *f)
 /* Slides, is hit, rocks, comes to rest. Returns the deepest penetration. */
 static double simulate(int run, double inertia_scale, FILE *csv)
 {
-    /* where on the sole of each leg the first guess lies, from the leg's axis, m */
-    static const double guess[RUNS][2] = {{0, 0}, {0.06, 0}, {-0.06, 0}, {0, 0.06}, {0.03, -0.05}};
+    /* first guesses: the centres of the soles, or 0.05 m off in a direction that turns by a third of
+       a circle from leg to leg */
+    const double turn = 2 * acos(-1.0), off = run == 0 ? 0 : 0.05;
     const double v0[3] = {0, 1, 0}, w0[3] = {0, 0, 0};
     const ecp_real hit[3] = {-5, 0, 0}; /* N m s */
     ecp_options options = ecp_options_default();
@@ -54,10 +55,9 @@ static double simulate(int run, double inertia_scale, FILE *csv)
     int first_leg = table_add(s.world, 3, inertia_scale, v0, w0);
     options.rule = ECP_NEAREST; /* to the guess: this is what makes the runs differ */
     for (int leg = 0; leg < 3; leg++) {
-        double axis[2];
+        double axis[2], angle = turn * (run / 4.0 + leg / 3.0);
         table_leg_axis(3, leg, axis);
-        ecp_real point[3] = {(ecp_real)(axis[0] + guess[run][0]),
-                             (ecp_real)(axis[1] + guess[run][1]), 0};
+        ecp_real point[3] = {axis[0] + off * cos(angle), axis[1] + off * sin(angle), 0};
         must(ecp_guess_ecp(s.world, first_leg + leg, 0, point));
     }
     record(&s, first_leg, &frames[run][0]);

@@ -165,9 +165,25 @@ static ecp_world *test_copy_world(const ecp_world *world)
     return (ecp_world *)block;
 }
 
-/* Certificate of a pair for which the contact normals and the line of the centres prove nothing, as
-   for boxes that pass by each other. Tried are the axes of both frames, and then Gilbert's algorithm
-   walks to the point of A - B that is nearest to the origin: a bound along any direction is a proof. */
+/* axis `which` of the frames Qa and Qb (0 to 5), or the cross product of two of them (6 to 14) */
+static void test_search_axis(int which, const ecp_real Qa[9], const ecp_real Qb[9], double n[3])
+{
+    const ecp_real *Q = which < 3 ? Qa : Qb;
+    int i = which % 3, j = (which - 6) / 3, k;
+    for (k = 0; k < 3; k++) {
+        int u = (k + 1) % 3, v = (k + 2) % 3;
+        if (which < 6) n[k] = (double)Q[3 * k + i];
+        else {
+            n[k] = (double)Qa[3 * u + i] * (double)Qb[3 * v + j] -
+                   (double)Qa[3 * v + i] * (double)Qb[3 * u + j];
+        }
+    }
+}
+
+/* Certificate of a pair for which the contact normals and the line of the centres prove nothing, as for
+   boxes that pass by each other. Tried are the axes of both frames and their cross products, which decide
+   for two boxes; then Gilbert's algorithm walks to the point of A - B that is nearest to the origin. A
+   bound along any direction is a proof. */
 static double test_search_bound(const ecp_world *world, int i, int j, double best)
 {
     const ecp_shape *A, *B;
@@ -177,13 +193,13 @@ static double test_search_bound(const ecp_world *world, int i, int j, double bes
     ecp_shape_get(world, i, &A, NULL, xa, Qa);
     ecp_shape_get(world, j, &B, NULL, xb, Qb);
     if (A->kind == ECP_HALF_SPACE || B->kind == ECP_HALF_SPACE) return best;
-    for (round = -12; round < 200 && best < 0; round++) {
-        size = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-        if (round >= 0 && !(size > 0)) return best;
+    for (round = -30; round < 200 && best < 0; round++) {
+        if (round < 0) test_search_axis((round + 30) / 2, Qa, Qb, n);
+        for (k = 0; k < 3; k++) n[k] = round >= 0 ? -v[k] : round & 1 ? -n[k] : n[k];
+        size = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        if (!(size > 0)) continue;
         for (k = 0; k < 3; k++) {
-            if (round < 0) n[k] = (double)(round & 1 ? Qa : Qb)[3 * k + (round + 12) / 2 % 3];
-            else n[k] = -v[k] / size;
-            if (round < -6) n[k] = -n[k];
+            n[k] /= size;
             back[k] = -n[k];
         }
         certificate_farthest(A, xa, Qa, n, pa);

@@ -2525,8 +2525,9 @@ typedef struct ecp_i_arena {
 
 static void *ecp_i_take(ecp_i_arena *arena, size_t count, size_t size)
 {
-    size_t at = arena->used, bytes = (count * size + 7) & ~(size_t)7;
-    if (arena->base && bytes > arena->size - at) {
+    size_t at = arena->used, room = (arena->base ? arena->size : (size_t)-1) - at, bytes;
+    bytes = count <= ((size_t)-1 - 7) / size ? (count * size + 7) & ~(size_t)7 : (size_t)-1;
+    if (bytes > room) {
         arena->overflow = 1;
         return NULL;
     }
@@ -2535,9 +2536,10 @@ static void *ecp_i_take(ecp_i_arena *arena, size_t count, size_t size)
     return arena->base ? (void *)(arena->base + at) : NULL;
 }
 
-static ecp_real *ecp_i_take_reals(ecp_i_arena *arena, int count)
+static ecp_real *ecp_i_take_reals(ecp_i_arena *arena, int rows, int columns)
 {
-    return (ecp_real *)ecp_i_take(arena, (size_t)count, sizeof(ecp_real));
+    if (columns > 0 && (size_t)rows > (size_t)-1 / (size_t)columns) arena->overflow = 1;
+    return (ecp_real *)ecp_i_take(arena, (size_t)rows * (size_t)columns, sizeof(ecp_real));
 }
 
 static int *ecp_i_take_ints(ecp_i_arena *arena, int count)
@@ -2579,7 +2581,7 @@ static void ecp_i_carve_state(ecp_i_arena *arena, ecp_world *w)
     w->patches_at = arena->used;
     ecp_i_take(arena, (size_t)d->max_patches, sizeof(ecp_i_patch));
     w->multipliers_at = arena->used;
-    ecp_i_take_reals(arena, d->max_patches * d->max_inequalities);
+    ecp_i_take_reals(arena, d->max_patches, d->max_inequalities);
     w->state_bytes = arena->used;
 }
 
@@ -4162,16 +4164,16 @@ static int ecp_i_mcp_start(void *self, int k, ecp_real *z)
 static void ecp_i_carve_mcp(ecp_i_arena *arena, int size, ecp_i_mcp *s, ecp_i_problem *p,
                             ecp_real **z)
 {
-    s->value = ecp_i_take_reals(arena, size);
-    s->J = ecp_i_take_reals(arena, size * size);
-    s->rhs = ecp_i_take_reals(arena, size);
-    s->work = ecp_i_take_reals(arena, ECP_LEAST_SQUARES_WORK(size, size));
-    s->z0 = ecp_i_take_reals(arena, size);
+    s->value = ecp_i_take_reals(arena, size, 1);
+    s->J = ecp_i_take_reals(arena, size, size);
+    s->rhs = ecp_i_take_reals(arena, size, 1);
+    s->work = ecp_i_take_reals(arena, size, size + 3);
+    s->z0 = ecp_i_take_reals(arena, size, 1);
     s->ints = ecp_i_take_ints(arena, 2 * size);
-    p->F = ecp_i_take_reals(arena, size);
-    p->dz = ecp_i_take_reals(arena, size);
-    p->trial = ecp_i_take_reals(arena, size);
-    *z = ecp_i_take_reals(arena, size);
+    p->F = ecp_i_take_reals(arena, size, 1);
+    p->dz = ecp_i_take_reals(arena, size, 1);
+    p->trial = ecp_i_take_reals(arena, size, 1);
+    *z = ecp_i_take_reals(arena, size, 1);
 }
 
 ECP_DEF size_t ecp_mcp_memsize(int n, int m)
@@ -4182,7 +4184,7 @@ ECP_DEF size_t ecp_mcp_memsize(int n, int m)
     ecp_real *z;
     if (n < 0 || m < 0 || n + m < 1 || n > 10000 || m > 10000) return 0;
     ecp_i_carve_mcp(&arena, n + m, &s, &p, &z);
-    return arena.used;
+    return arena.overflow ? 0 : arena.used;
 }
 
 ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *options, ecp_real *z,
@@ -4517,7 +4519,7 @@ static void ecp_i_carve_step(ecp_i_arena *arena, int bodies, int patches, int in
 {
     s->motions = (ecp_i_motion *)ecp_i_take(arena, (size_t)bodies, sizeof(ecp_i_motion));
     s->records = (ecp_i_patch *)ecp_i_take(arena, (size_t)patches, sizeof(ecp_i_patch));
-    s->multipliers = ecp_i_take_reals(arena, patches * inequalities);
+    s->multipliers = ecp_i_take_reals(arena, patches, inequalities);
     s->extra = ecp_i_take_ints(arena, 2 * patches);
     s->bodies = ecp_i_take_ints(arena, bodies);
     s->members = (ecp_i_pair **)ecp_i_take(arena, (size_t)patches, sizeof(ecp_i_pair *));
@@ -4527,14 +4529,14 @@ static void ecp_i_carve_step(ecp_i_arena *arena, int bodies, int patches, int in
 /* values, gradients and lists of one patch with nl + nm multipliers */
 static void ecp_i_carve_pair(ecp_i_arena *arena, int nl, int nm, ecp_i_pair *c)
 {
-    c->fa = ecp_i_take_reals(arena, nl);
-    c->ga = ecp_i_take_reals(arena, 3 * nl);
-    c->fb = ecp_i_take_reals(arena, nm);
-    c->gb = ecp_i_take_reals(arena, 3 * nm);
-    c->fixed_a = ecp_i_take_reals(arena, nl);
-    c->slope_a = ecp_i_take_reals(arena, nl);
-    c->fixed_b = ecp_i_take_reals(arena, nm);
-    c->slope_b = ecp_i_take_reals(arena, nm);
+    c->fa = ecp_i_take_reals(arena, nl, 1);
+    c->ga = ecp_i_take_reals(arena, 3, nl);
+    c->fb = ecp_i_take_reals(arena, nm, 1);
+    c->gb = ecp_i_take_reals(arena, 3, nm);
+    c->fixed_a = ecp_i_take_reals(arena, nl, 1);
+    c->slope_a = ecp_i_take_reals(arena, nl, 1);
+    c->fixed_b = ecp_i_take_reals(arena, nm, 1);
+    c->slope_b = ecp_i_take_reals(arena, nm, 1);
     c->active_a = ecp_i_take_ints(arena, nl);
     c->active_b = ecp_i_take_ints(arena, nm);
 }
@@ -4543,7 +4545,7 @@ static void ecp_i_carve_pair(ecp_i_arena *arena, int nl, int nm, ecp_i_pair *c)
 static void ecp_i_carve_block(ecp_i_arena *arena, int count, int bodies, ecp_i_pair *c)
 {
     int rows = count + 6 * bodies;
-    c->block = ecp_i_take_reals(arena, rows * (rows + 1));
+    c->block = ecp_i_take_reals(arena, rows, rows + 1);
     c->row_tag = ecp_i_take_ints(arena, count);
     c->col_tag = ecp_i_take_ints(arena, count);
     c->row_order = ecp_i_take_ints(arena, count);
@@ -4552,23 +4554,23 @@ static void ecp_i_carve_block(ecp_i_arena *arena, int count, int bodies, ecp_i_p
 
 static void ecp_i_carve_front(ecp_i_arena *arena, int n, int K, ecp_i_front *f)
 {
-    f->M = ecp_i_take_reals(arena, n * n);
-    f->b = ecp_i_take_reals(arena, n);
-    f->C = ecp_i_take_reals(arena, K * n);
-    f->c = ecp_i_take_reals(arena, K);
-    f->Bt = ecp_i_take_reals(arena, K * n);
-    f->x = ecp_i_take_reals(arena, K);
-    f->weight = ecp_i_take_reals(arena, K);
-    f->work = ecp_i_take_reals(arena, n * (n + 1));
-    f->v = ecp_i_take_reals(arena, n);
-    f->tau_c = ecp_i_take_reals(arena, n);
-    f->tau_b = ecp_i_take_reals(arena, n);
-    f->square = ecp_i_take_reals(arena, n * n);
-    f->rhs = ecp_i_take_reals(arena, n);
-    f->least = ecp_i_take_reals(arena, ECP_LEAST_SQUARES_WORK(n, n));
-    f->null = ecp_i_take_reals(arena, n * n);
-    f->gram = ecp_i_take_reals(arena, n * n);
-    f->row = ecp_i_take_reals(arena, n);
+    f->M = ecp_i_take_reals(arena, n, n);
+    f->b = ecp_i_take_reals(arena, n, 1);
+    f->C = ecp_i_take_reals(arena, K, n);
+    f->c = ecp_i_take_reals(arena, K, 1);
+    f->Bt = ecp_i_take_reals(arena, K, n);
+    f->x = ecp_i_take_reals(arena, K, 1);
+    f->weight = ecp_i_take_reals(arena, K, 1);
+    f->work = ecp_i_take_reals(arena, n, n + 1);
+    f->v = ecp_i_take_reals(arena, n, 1);
+    f->tau_c = ecp_i_take_reals(arena, n, 1);
+    f->tau_b = ecp_i_take_reals(arena, n, 1);
+    f->square = ecp_i_take_reals(arena, n, n);
+    f->rhs = ecp_i_take_reals(arena, n, 1);
+    f->least = ecp_i_take_reals(arena, n, n + 3);
+    f->null = ecp_i_take_reals(arena, n, n);
+    f->gram = ecp_i_take_reals(arena, n, n);
+    f->row = ecp_i_take_reals(arena, n, 1);
     f->piv_c = ecp_i_take_ints(arena, n);
     f->piv_b = ecp_i_take_ints(arena, n);
     f->ints = ecp_i_take_ints(arena, 2 * n);
@@ -4578,7 +4580,7 @@ static void ecp_i_carve_front(ecp_i_arena *arena, int n, int K, ecp_i_front *f)
 static void ecp_i_carve_vectors(ecp_i_arena *arena, int unknowns, ecp_real *vectors[5])
 {
     int k;
-    for (k = 0; k < 5; k++) vectors[k] = ecp_i_take_reals(arena, unknowns);
+    for (k = 0; k < 5; k++) vectors[k] = ecp_i_take_reals(arena, unknowns, 1);
 }
 
 /* unknowns of a patch with three friction rows and all multipliers that the description allows */
@@ -4605,7 +4607,7 @@ static void ecp_i_carve_world(ecp_i_arena *arena, ecp_world *w)
 
 static int ecp_i_desc_ok(const ecp_world_desc *d)
 {
-    return d->max_bodies >= 1 && d->max_bodies <= 10000 && d->max_shapes >= 1 &&
+    return d->max_bodies >= 1 && d->max_bodies <= 4096 && d->max_shapes >= 1 &&
            d->max_shapes <= 100000 && d->max_patches >= 1 && d->max_patches <= 100000 &&
            d->max_inequalities >= 1 && d->max_inequalities <= 1000;
 }
@@ -4617,7 +4619,7 @@ ECP_DEF size_t ecp_world_memsize(const ecp_world_desc *desc)
     if (!desc || !ecp_i_desc_ok(desc)) return 0;
     w.desc = *desc;
     ecp_i_carve_world(&arena, &w);
-    return arena.used;
+    return arena.overflow ? 0 : arena.used;
 }
 
 ECP_DEF ecp_status ecp_world_init(ecp_world **world, const ecp_world_desc *desc, void *mem,
@@ -5343,11 +5345,11 @@ ECP_DEF int ecp_contact_count(const ecp_world *world)
 
 ECP_DEF ecp_status ecp_contact_get(const ecp_world *world, int index, ecp_contact *contact)
 {
-    int i;
+    int i, count = 0;
     if (!world || !contact) return ECP_BAD_POINTER;
     for (i = 0; i < world->patches; i++) {
         const ecp_i_patch *p = ecp_i_patches(world) + i;
-        if (p->guess || index-- != 0) continue;
+        if (p->guess || count++ != index) continue;
         *contact = p->contact;
         return ECP_OK;
     }
@@ -5360,9 +5362,10 @@ ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
     const ecp_i_part *parts;
     ecp_i_patch *list, *p;
     ecp_real x[3], R[9], rel[3];
-    int i, at = 0, lo = shape_a < shape_b ? shape_a : shape_b, hi = shape_a + shape_b - lo;
+    int i, at = 0, lo = shape_a < shape_b ? shape_a : shape_b,
+           hi = shape_a < shape_b ? shape_b : shape_a;
     if (!world || !point) return ECP_BAD_POINTER;
-    if (shape_a < 0 || shape_b < 0 || hi >= world->shapes || lo == hi) return ECP_BAD_INDEX;
+    if (lo < 0 || hi >= world->shapes || lo == hi) return ECP_BAD_INDEX;
     if (!ecp_i_all_finite(3, point)) return ECP_NOT_FINITE;
     parts = ecp_i_parts(world);
     /* the ECP is kept on the primitive that a patch of the two calls A */

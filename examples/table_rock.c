@@ -55,7 +55,7 @@ static double simulate(int run, double inertia_scale, FILE *csv)
     int first_leg = table_add(s.world, 3, inertia_scale, v0, w0);
     options.rule = ECP_NEAREST; /* to the guess: this is what makes the runs differ */
     for (int leg = 0; leg < 3; leg++) {
-        double axis[2], angle = turn * (run / 4.0 + leg / 3.0);
+        double axis[2], angle = turn * (0.07 + run / 4.0 + leg / 3.0);
         table_leg_axis(3, leg, axis);
         ecp_real point[3] = {axis[0] + off * cos(angle), axis[1] + off * sin(angle), 0};
         must(ecp_guess_ecp(s.world, first_leg + leg, 0, point));

@@ -19,7 +19,7 @@ do for [name in "table_rock table_rock_x3"] {
 
     set output "../docs/plots/" . name . ".svg"
     set multiplot layout 3,1 margins 0.11,0.97,0.07,0.91 spacing 0,0.07 \
-        title "Example 2: the table slides, is hit at 0.75 s, tilts on A_3 and rocks back (h = 0.01 s" \
+        title "Example 2: the table slides, is hit at 0.75 s, tilts on A_{3}  and rocks back (h = 0.01 s" \
         . (name eq "table_rock" ? ")" : ", three times the inertia)")
     unset arrow
     unset label
@@ -33,10 +33,10 @@ do for [name in "table_rock table_rock_x3"] {
     set label 2 "A_3" at (hit + BACK_min) / 2, graph 1.04 center
     set label 4 "all three" at ((rocks_on ? FLAT_min : BACK_min) + 2.4) / 2, graph 1.04 center
     set xlabel ""
-    set key top right
+    set key bottom right horizontal opaque
 
     set ylabel "x of ECP 1 (m)"
-    set yrange [-0.40:-0.10]
+    set yrange [-0.40:-0.15]
     plot for [run = 0:4] file using 2:($1 == run ? $8 : 1/0) with lines lw WIDTH(run) lc rgb colour[run + 1] \
         title sprintf("guess %d", run + 1)
     unset key

@@ -1,5 +1,5 @@
-/* Contact reports: that they are consistent with each other and with the motion, friction in all its
-   forms, guesses, and the closed form for translation. */
+/* Contact reports: that they are consistent with each other and with the motion, friction in all
+   its forms, guesses, and the closed form for translation. */
 
 /* the largest f_i of a primitive at a world point: zero on its surface */
 static double contact_level(const ecp_world *world, int shape, const ecp_real point[3])
@@ -10,8 +10,8 @@ static double contact_level(const ecp_world *world, int shape, const ecp_real po
     int i, k;
     CHECK(ecp_shape_get(world, shape, &s, NULL, x, Q) == ECP_OK);
     for (k = 0; k < 3; k++) {
-        local[k] = Q[k] * (point[0] - x[0]) + Q[3 + k] * (point[1] - x[1]) +
-                   Q[6 + k] * (point[2] - x[2]);
+        local[k] =
+            Q[k] * (point[0] - x[0]) + Q[3 + k] * (point[1] - x[1]) + Q[6 + k] * (point[2] - x[2]);
     }
     CHECK(s->inequalities <= 32);
     s->cls->eval(s, local, f, g);
@@ -24,9 +24,9 @@ static double contact_dot(const ecp_real *a, const double *b)
     return (double)a[0] * b[0] + (double)a[1] * b[1] + (double)a[2] * b[2];
 }
 
-/* One report against the states after the step. Lengths are compared to 1e-9 m, velocities to 1e-8 m/s
-   and impulses to 1e-9 of m v: the solver's 1e-12 with room for the square root that a residual at a
-   corner (p_n = d = 0) may hide; float likewise from 1e-5. */
+/* One report against the states after the step. Lengths are compared to 1e-9 m, velocities to
+   1e-8 m/s and impulses to 1e-9 of m v: the solver's 1e-12 with room for the square root that a
+   residual at a corner (p_n = d = 0) may hide; float likewise from 1e-5. */
 static void contact_consistent(const ecp_world *world, const ecp_contact *c)
 {
     const double x = test_by(1e-9, 1e-4), v_tol = test_by(1e-8, 5e-3), p_tol = test_by(1e-9, 2e-3);
@@ -72,16 +72,20 @@ static void contact_consistent(const ecp_world *world, const ecp_contact *c)
     for (k = 0; k < 3; k++) {
         int i = (k + 1) % 3, j = (k + 2) % 3;
         v[k] = a.v[k] - b.v[k];
-        v[k] += a.w[i] * ((double)c->point_a[j] - a.x[j]) - a.w[j] * ((double)c->point_a[i] - a.x[i]);
-        v[k] -= b.w[i] * ((double)c->point_a[j] - b.x[j]) - b.w[j] * ((double)c->point_a[i] - b.x[i]);
+        v[k] +=
+            a.w[i] * ((double)c->point_a[j] - a.x[j]) - a.w[j] * ((double)c->point_a[i] - a.x[i]);
+        v[k] -=
+            b.w[i] * ((double)c->point_a[j] - b.x[j]) - b.w[j] * ((double)c->point_a[i] - b.x[i]);
         spin[k] = a.w[k] - b.w[k];
     }
     slip[0] = contact_dot(c->direction_t, v);
     slip[1] = contact_dot(c->direction_o, v);
     slip[2] = contact_dot(c->normal, spin);
     for (k = 0, size = 0; k < 3; k++) {
-        if (e[k] > 0) y += p[k] / e[k] * (p[k] / e[k]);
-        else CHECK_NEAR(p[k], 0, 0);
+        if (e[k] > 0)
+            y += p[k] / e[k] * (p[k] / e[k]);
+        else
+            CHECK_NEAR(p[k], 0, 0);
         size += e[k] * slip[k] * e[k] * slip[k];
         power += p[k] * slip[k];
         CHECK_NEAR(p[k] * (double)c->sigma, -e[k] * e[k] * cone * slip[k], p_tol * (1 + cone));
@@ -94,8 +98,8 @@ static void contact_consistent(const ecp_world *world, const ecp_contact *c)
     if (c->mode == ECP_SLIP) CHECK_NEAR(sqrt(y), cone, p_tol * (1 + cone));
 }
 
-/* A step with every report checked, and the balance of momentum of every body: m dv is its weight and
-   the reported impulses, I dw their moments and -h w x I w, with I and w of the beginning. */
+/* A step with every report checked, and the balance of momentum of every body: m dv is its weight
+   and the reported impulses, I dw their moments and -h w x I w, with I and w of the beginning. */
 static void contact_advance(ecp_world *world, double h)
 {
     ecp_world *before = test_copy_world(world);
@@ -198,7 +202,8 @@ static void test_contacts_consistent(void)
     s = test_box_shape(0.6, 0.5, 0.05);
     test_attach(world, body, &s, 0, 0, 0.05, &m);
     CHECK(ecp_shape_sphere(&s, ECP_R(0.1)) == ECP_OK);
-    for (k = 0; k < 3; k++) test_attach(world, body, &s, 0.4 * cos(2.1 * k), 0.4 * sin(2.1 * k), -0.1, &m);
+    for (k = 0; k < 3; k++)
+        test_attach(world, body, &s, 0.4 * cos(2.1 * k), 0.4 * sin(2.1 * k), -0.1, &m);
     test_add_primitive(world, 1, 0.3, 0, 0.6, 1, 1, 0, 0.3, &m);
     test_add_primitive(world, 3, -0.2, 0.1, 0.6, 1, 0.2, 0, 0.2, &m);
     test_set_velocity(world, body, 0.5, 0, 0, 0, 0, 1);
@@ -208,8 +213,8 @@ static void test_contacts_consistent(void)
 
 /* ---- anisotropic friction */
 
-/* one step of a puck without spin: v_k' = v_k s / (s + a_k), a_k = e_k^2 mu g h, where s is the root of
-   sum e_k^2 v_k^2 / (s + a_k)^2 = 1; at rest when that is less than 1 at s = 0 */
+/* one step of a puck without spin: v_k' = v_k s / (s + a_k), a_k = e_k^2 mu g h, where s is the
+   root of sum e_k^2 v_k^2 / (s + a_k)^2 = 1; at rest when that is less than 1 at s = 0 */
 static void contact_puck(double v[2], const double e[2], double loss)
 {
     double lo = 0, hi = 1, s, sum;
@@ -222,17 +227,21 @@ static void contact_puck(double v[2], const double e[2], double loss)
         }
         if (i == 0 && sum <= 1) break;
         if (i == 0) continue;
-        if (grow && sum > 1) hi *= 2;
-        else if (grow) grow = 0;
-        else if (sum > 1) lo = s;
-        else hi = s;
+        if (grow && sum > 1)
+            hi *= 2;
+        else if (grow)
+            grow = 0;
+        else if (sum > 1)
+            lo = s;
+        else
+            hi = s;
     }
     if (i == 0) hi = 0;
     for (k = 0; k < 2; k++) v[k] *= hi > 0 ? hi / (hi + e[k] * e[k] * loss) : 0;
 }
 
-/* The puck's scene, turned as a whole by `angle` about the axis (1, 2, 2) / 3. The direction of e_t is
-   at `tilt` in the plane, in the ground's material or in the puck's. */
+/* The puck's scene, turned as a whole by `angle` about the axis (1, 2, 2) / 3. The direction of
+   e_t is at `tilt` in the plane, in the ground's material or in the puck's. */
 static ecp_world *contact_puck_world(double angle, double tilt, int on_puck, int *puck, double R[9])
 {
     ecp_material plain = test_material(0.3, 0.5, 1.2, 0.1), grain = plain;
@@ -265,7 +274,8 @@ static void test_contacts_anisotropic(void)
     const double e[2] = {0.5, 1.2};
     int variant, k, i;
     for (variant = 0; variant < 4; variant++) {
-        double tilt = 0.6, R[9], t[2], v[2], x[3] = {0, 0, 0}, first, turned, c = cos(tilt), n = sin(tilt);
+        double tilt = 0.6, R[9], t[2], v[2], x[3] = {0, 0, 0}, first, turned, c = cos(tilt),
+               n = sin(tilt);
         int puck;
         ecp_world *world = contact_puck_world(variant < 2 ? 0 : 1.1, tilt, variant & 1, &puck, R);
         t[0] = 2 * c + n;
@@ -298,8 +308,8 @@ static void test_contacts_anisotropic(void)
     }
 }
 
-/* On a spinning puck the grain turns along; after each step direction_t is where it was at the beginning
-   of the step. Of two directions the one of the primitive that was added first counts. */
+/* On a spinning puck the grain turns along; after each step direction_t is where it was at the
+   beginning of the step. Of two directions the one of the primitive that was added first counts. */
 static void test_contacts_direction(void)
 {
     ecp_material ground = test_material(0.3, 0.5, 1.2, 0.1), own = ground;
@@ -365,8 +375,8 @@ static void test_contacts_guess(void)
     ecp_real at[3] = {0, 0, 0}, bad[3] = {0, 0, 0};
     ecp_options o = ecp_options_default();
     int rule, side, k, box, other;
-    /* A face that hovers over the plane: any of its points may be the ECP. `nearest` takes the guess,
-       `centred` the middle, and what the guess was does not show. */
+    /* A face that hovers over the plane: any of its points may be the ECP. `nearest` takes the
+       guess, `centred` the middle, and what the guess was does not show. */
     for (rule = 0; rule < 2; rule++) {
         for (side = -1; side < 2; side += 2) {
             ecp_world *world = test_world(NULL);
@@ -391,8 +401,8 @@ static void test_contacts_guess(void)
         }
     }
     at[2] = 0;
-    /* A stool on two runners that slides without turning: the ECPs follow the guess under `nearest`,
-       the motion does not */
+    /* A stool on two runners that slides without turning: the ECPs follow the guess under
+       `nearest`, the motion does not */
     {
         double x[2], ecp[2];
         for (side = 0; side < 2; side++) {
@@ -442,14 +452,15 @@ static void test_contacts_guess(void)
 
 /* ---- the closed form for translation */
 
-/* The closed form against steps of a flat box, whose ECP stays inside its face, on inclined ground and
-   under random impulses: it slips, sticks and is lifted off. */
+/* The closed form against steps of a flat box, whose ECP stays inside its face, on inclined
+   ground and under random impulses: it slips, sticks and is lifted off. */
 static void test_contacts_translation(void)
 {
     int seen[3] = {0, 0, 0}, k, i;
     test_seed = 5;
     for (k = 0; k < 60; k++) {
-        double nx = 0.3 * test_random(), ny = 0.3 * test_random(), nz = 1, size, along = 0, strength;
+        double nx = 0.3 * test_random(), ny = 0.3 * test_random(), nz = 1, size, along = 0,
+               strength;
         double tolerance = test_by(1e-11, 2e-4), e = 1 + 0.3 * test_random(), p[3];
         ecp_material m = test_material(0.4, e, e, 0.1);
         ecp_world *world = test_world(NULL);
@@ -466,7 +477,8 @@ static void test_contacts_translation(void)
         test_ground(world, nx, ny, nz, &m);
         box = test_box(world, 2, 0.5, 0.5, 0.1, 0, 0, 0, &m);
         test_set_pose(world, box, 0.1 * N[0], 0.1 * N[1], 0.1 * N[2], -N[1], N[0], 0, angle);
-        /* a velocity in the plane, of a third of them zero; a weak impulse, or a strong one upwards */
+        /* a velocity in the plane, of a third of them zero; a weak impulse, or a strong one
+           upwards */
         strength = k % 4 == 3 ? 0.5 : 0.05;
         for (i = 0; i < 3; i++) v[i] = (ecp_real)(k % 3 ? test_random() : 0);
         for (i = 0; i < 3; i++) along += N[i] * (double)v[i];

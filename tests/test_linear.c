@@ -323,14 +323,14 @@ static void linear_test_lu(void)
     int n, round, i, j;
     for (n = 1; n <= 12; n++) {
         for (round = 0; round < 5; round++) {
-            ecp_real A[LINEAR_MAX * LINEAR_MAX], F[LINEAR_MAX * LINEAR_MAX], b[LINEAR_MAX];
+            ecp_real A[LINEAR_MAX * LINEAR_MAX] = {0}, F[LINEAR_MAX * LINEAR_MAX], b[LINEAR_MAX];
             ecp_real x[LINEAR_MAX];
             int piv[LINEAR_MAX], ld = n + round % 3;
             linear_random(n * ld, A);
             if (round == 1) A[0] = 0; /* needs the exchange of rows; n = 1: singular */
             linear_random(n, b);
             memcpy(F, A, sizeof A);
-            memcpy(x, b, sizeof b);
+            memcpy(x, b, (size_t)n * sizeof *b);
             if (n == 1 && round == 1) {
                 CHECK(ecp_lu_factor(n, F, ld, piv) == 1);
                 continue;
@@ -376,7 +376,7 @@ static void linear_test_cholesky(void)
                     L[i * ld + j] = j > i ? ECP_R(1e30) : A[i * ld + j];
                 }
             }
-            memcpy(x, b, sizeof b);
+            memcpy(x, b, (size_t)n * sizeof *b);
             CHECK(ecp_chol_factor(n, L, ld) == 0);
             for (i = 0; i < n; i++) {
                 for (j = 0; j <= i; j++) {
@@ -405,7 +405,7 @@ static void linear_test_cholesky(void)
 
 static void linear_check_qr(int m, int n, int rank)
 {
-    ecp_real A[LINEAR_MAX * LINEAR_MAX], F[LINEAR_MAX * LINEAR_MAX], tau[LINEAR_MAX];
+    ecp_real A[LINEAR_MAX * LINEAR_MAX] = {0}, F[LINEAR_MAX * LINEAR_MAX], tau[LINEAR_MAX];
     ecp_real Q[LINEAR_MAX][LINEAR_MAX], b[LINEAR_MAX], c[LINEAR_MAX];
     double V[LINEAR_MAX * LINEAR_MAX];
     int piv[LINEAR_MAX], seen[LINEAR_MAX], i, j, k, ld = n + 1, found;
@@ -442,7 +442,7 @@ static void linear_check_qr(int m, int n, int rank)
     }
     /* Q^T undoes Q */
     linear_random(m, b);
-    memcpy(c, b, sizeof b);
+    memcpy(c, b, (size_t)m * sizeof *b);
     ecp_qr_apply_q(m, rank, F, ld, tau, c);
     ecp_qr_apply_qt(m, rank, F, ld, tau, c);
     for (i = 0; i < m; i++) CHECK_NEAR(c[i], b[i], linear_eps(16 * m));
@@ -452,14 +452,15 @@ static void linear_check_qr(int m, int n, int rank)
    rows of A, here of V */
 static void linear_check_least_squares(int m, int n, int rank)
 {
-    ecp_real A[LINEAR_MAX * LINEAR_MAX], F[LINEAR_MAX * LINEAR_MAX], b[LINEAR_MAX], c[LINEAR_MAX];
+    ecp_real A[LINEAR_MAX * LINEAR_MAX] = {0}, F[LINEAR_MAX * LINEAR_MAX], b[LINEAR_MAX],
+                            c[LINEAR_MAX];
     ecp_real x[LINEAR_MAX], work[ECP_LEAST_SQUARES_WORK(LINEAR_MAX, LINEAR_MAX) + 1];
     double V[LINEAR_MAX * LINEAR_MAX], r[LINEAR_MAX], rest[LINEAR_MAX];
     int iwork[2 * LINEAR_MAX + 1], i, j, k, ld = n + 1;
     linear_of_rank(m, n, rank, A, ld, V);
     linear_random(m, b);
     memcpy(F, A, sizeof A);
-    memcpy(c, b, sizeof b);
+    memcpy(c, b, (size_t)m * sizeof *b);
     work[ECP_LEAST_SQUARES_WORK(m, n)] = ECP_R(77);
     iwork[2 * n] = 77;
     CHECK(ecp_least_squares(m, n, F, ld, c, x, work, iwork, ECP_R(64) * ECP_I_EPSILON) == rank);

@@ -1,5 +1,5 @@
-/* The step: what it reports, what it leaves alone, and that it holds in every kind of contact. The
-   scene helpers at the top serve the files that are included after this one, too. */
+/* The step: what it reports, what it leaves alone, and that it holds in every kind of contact.
+   The scene helpers at the top serve the files that are included after this one, too. */
 
 /* ---- scenes in doubles, whatever the library's real type is */
 
@@ -172,7 +172,8 @@ static void test_search_axis(int which, const ecp_real Qa[9], const ecp_real Qb[
     int i = which % 3, j = (which - 6) / 3, k;
     for (k = 0; k < 3; k++) {
         int u = (k + 1) % 3, v = (k + 2) % 3;
-        if (which < 6) n[k] = (double)Q[3 * k + i];
+        if (which < 6)
+            n[k] = (double)Q[3 * k + i];
         else {
             n[k] = (double)Qa[3 * u + i] * (double)Qb[3 * v + j] -
                    (double)Qa[3 * v + i] * (double)Qb[3 * u + j];
@@ -180,10 +181,10 @@ static void test_search_axis(int which, const ecp_real Qa[9], const ecp_real Qb[
     }
 }
 
-/* Certificate of a pair for which the contact normals and the line of the centres prove nothing, as for
-   boxes that pass by each other. Tried are the axes of both frames and their cross products, which decide
-   for two boxes; then Gilbert's algorithm walks to the point of A - B that is nearest to the origin. A
-   bound along any direction is a proof. */
+/* Certificate of a pair for which the contact normals and the line of the centres prove nothing,
+   as for boxes that pass by each other. Tried are the axes of both frames and their cross
+   products, which decide for two boxes; then Gilbert's algorithm walks to the point of A - B that
+   is nearest to the origin. A bound along any direction is a proof. */
 static double test_search_bound(const ecp_world *world, int i, int j, double best)
 {
     const ecp_shape *A, *B;
@@ -231,7 +232,8 @@ static double test_least_gap(const ecp_world *world)
             ecp_shape_get(world, i, &s, &a, NULL, NULL);
             ecp_shape_get(world, j, &t, &b, NULL, NULL);
             if (a == b || (s->kind == ECP_HALF_SPACE && t->kind == ECP_HALF_SPACE)) continue;
-            if (ecp_i_bodies(world)[a].kind != ECP_DYNAMIC && ecp_i_bodies(world)[b].kind != ECP_DYNAMIC) {
+            if (ecp_i_bodies(world)[a].kind != ECP_DYNAMIC &&
+                ecp_i_bodies(world)[b].kind != ECP_DYNAMIC) {
                 continue;
             }
             gap = certificate_pair(world, i, j);
@@ -242,11 +244,12 @@ static double test_least_gap(const ecp_world *world)
     return least;
 }
 
-/* One step of any test. It must succeed, nothing may penetrate, and the paper's own equations must
-   hold. The bounds in double: 1e-10 m is the certificate that the issue asks for; the scaled residual
-   of the printed equations is bounded by the solver's tolerance 1e-12 times the few terms of a row,
-   1e-9 is asked for, on top of the rounding of positions of this size, which the check subtracts. In
-   float the tolerance is 1e-5, and a gap has the rounding error of positions of metres, 1e-7 to 1e-6. */
+/* One step of any test. It must succeed, nothing may penetrate, and the paper's own equations
+   must hold. The bounds in double: 1e-10 m is the certificate that the issue asks for; the scaled
+   residual of the printed equations is bounded by the solver's tolerance 1e-12 times the few
+   terms of a row, 1e-9 is asked for, on top of the rounding of positions of this size, which the
+   check subtracts. In float the tolerance is 1e-5, and a gap has the rounding error of positions
+   of metres, 1e-7 to 1e-6. */
 static ecp_report test_advance(ecp_world *world, double h, const ecp_options *options)
 {
     ecp_world *before = test_copy_world(world);
@@ -323,8 +326,8 @@ static void test_step_report(void)
             r = test_advance(world, 0.01, NULL);
             CHECK(r.iterations == 0 && r.fallbacks == 0 && r.unknowns == 6 + pair);
         }
-        /* a second box beside it is an island of its own, a third on top of that is not: it adds the
-           gap and the multipliers of the lower box; and it cannot reach the ground */
+        /* a second box beside it is an island of its own, a third on top of that is not: it adds
+           the gap and the multipliers of the lower box; and it cannot reach the ground */
         test_box(world, 2, 0.2, 0.2, 0.1, 1, 0, 0.1, &m);
         r = test_advance(world, 0.01, NULL);
         CHECK(r.islands == 2 && r.unknowns == 2 * (6 + pair));
@@ -412,8 +415,10 @@ static void test_step_failure(void)
     CHECK(memcmp(before, world, world->bytes) == 0);
     /* a world with more patches than its description allows: 1 box on the ground, 2 spheres */
     CHECK(ecp_shape_sphere(&long_one, ECP_R(0.1)) == ECP_OK);
-    test_attach(world, test_body(world, ECP_DYNAMIC, 1, 1, 1, 1, 5, 0, 0.1), &long_one, 0, 0, 0, &m);
-    test_attach(world, test_body(world, ECP_DYNAMIC, 1, 1, 1, 1, 7, 0, 0.1), &long_one, 0, 0, 0, &m);
+    test_attach(world, test_body(world, ECP_DYNAMIC, 1, 1, 1, 1, 5, 0, 0.1), &long_one, 0, 0, 0,
+                &m);
+    test_attach(world, test_body(world, ECP_DYNAMIC, 1, 1, 1, 1, 7, 0, 0.1), &long_one, 0, 0, 0,
+                &m);
     memcpy(before, world, world->bytes);
     for (i = 0; i < 40; i++) {
         status = ecp_step(world, ECP_R(0.01), NULL, &r);
@@ -468,8 +473,8 @@ static void test_step_bits(void)
         test_advance(twin, 0.01, NULL);
     }
     CHECK(memcmp(world, twin, bytes) == 0);
-    /* a snapshot goes on as the original does, in the same block and in another; the part of the block
-       that ecp_world_state_size names is enough */
+    /* a snapshot goes on as the original does, in the same block and in another; the part of the
+       block that ecp_world_state_size names is enough */
     middle = test_copy_world(world);
     for (k = 0; k < 40; k++) test_advance(world, 0.01, NULL);
     memset(twin, 0, bytes);
@@ -485,8 +490,8 @@ static void test_step_bits(void)
     free(world);
 }
 
-/* The same tumble 1000 km away (float: 100 m). Positions there are rounded to 1.2e-10 m (8e-6), and
-   nothing else is lost: the motion agrees to some tens of that, as an impact magnifies it. */
+/* The same tumble 1000 km away (float: 100 m). Positions there are rounded to 1.2e-10 m (8e-6),
+   and nothing else is lost: the motion agrees to some tens of that, as an impact magnifies it. */
 static void test_step_far(void)
 {
     double far = test_by(1e6, 100), least = test_by(1e-8, 1e-3);
@@ -640,8 +645,8 @@ static void test_step_kinematic(void)
     test_advance(world, 0.01, NULL);
     CHECK_NEAR(test_get(world, box).v[2], 0.6 - 0.098, test_by(1e-11, 1e-4));
     free(world);
-    /* A turntable: the box turns with it. The scheme takes the velocity at the end of the step, W x
-       x', so each step divides the radius by sqrt(1 + h^2 W^2); exactly. */
+    /* A turntable: the box turns with it. The scheme takes the velocity at the end of the step, W
+       x x', so each step divides the radius by sqrt(1 + h^2 W^2); exactly. */
     world = test_world(NULL);
     ground = test_moving_ground(world, &m);
     box = test_box(world, 2, 0.1, 0.1, 0.1, r, 0, 0.1, &m);
@@ -657,8 +662,8 @@ static void test_step_kinematic(void)
         CHECK_NEAR(s.w[2], 2, test_by(1e-10, 1e-3));
     }
     free(world);
-    /* a kinematic box pushes a ball along the ground without friction; when it stops, the ball rolls
-       on by itself */
+    /* a kinematic box pushes a ball along the ground without friction; when it stops, the ball
+       rolls on by itself */
     m = test_material(0, 1, 1, 0);
     world = test_world(NULL);
     test_ground(world, 0, 0, 1, &m);
@@ -696,8 +701,9 @@ static void test_step_unions(void)
     d.max_patches = 30;
     world = test_world(&d);
     ground = test_body(world, ECP_STATIC, 0, 1, 1, 1, 0, 0, 0);
-    /* two static rails, on them a plate with two runners across and two slabs on its top, on these a
-       three-legged table with a ball for a fourth leg: unions on both sides of every contact */
+    /* two static rails, on them a plate with two runners across and two slabs on its top, on
+       these a three-legged table with a ball for a fourth leg: unions on both sides of every
+       contact */
     s = test_box_shape(0.1, 1, 0.1);
     test_attach(world, ground, &s, -0.5, 0, -0.1, &m);
     test_attach(world, ground, &s, 0.5, 0, -0.1, &m);
@@ -730,8 +736,8 @@ static void test_step_unions(void)
         at = test_get(world, lower);
         CHECK_NEAR(at.x[2], 0.1, test_by(1e-11, 1e-4));
     }
-    /* pushed, the table slides on the plate and takes it along over the rails: all of the friction is
-       inner or the ground's, so momentum changes by the ground's impulse alone */
+    /* pushed, the table slides on the plate and takes it along over the rails: all of the
+       friction is inner or the ground's, so momentum changes by the ground's impulse alone */
     test_set_velocity(world, upper, 0, 1.5, 0, 0, 0, 0);
     for (k = 0; k < 10; k++) {
         double before = 2 * test_get(world, upper).v[1] + 4 * test_get(world, lower).v[1];
@@ -759,8 +765,8 @@ static void test_step_balls(void)
     ecp_shape s;
     double gap = 0.55, v[2] = {2, -1}, common = (3 * 2 - 1 * 1) / 4.0;
     int a, b, k;
-    /* two balls in free space, head on: plastic, momentum is kept, the step that closes the gap leaves
-       a speed of gap / h, and the next one the common velocity */
+    /* two balls in free space, head on: plastic, momentum is kept, the step that closes the gap
+       leaves a speed of gap / h, and the next one the common velocity */
     test_set_gravity(world, 0, 0, 0);
     CHECK(ecp_shape_sphere(&s, ECP_R(0.2)) == ECP_OK);
     a = test_body(world, ECP_DYNAMIC, 3, 0.048, 0.048, 0.048, 0, 0, 0);
@@ -776,8 +782,10 @@ static void test_step_balls(void)
         va = test_get(world, a).v[0];
         vb = test_get(world, b).v[0];
         CHECK_NEAR(3 * va + vb, 4 * common, test_by(1e-11, 1e-4));
-        if (gap > 0.03) CHECK_NEAR(va - vb, 3, test_by(1e-11, 1e-4));
-        else CHECK_NEAR(va - vb, gap > test_by(1e-9, 1e-5) ? gap / 0.01 : 0, test_by(1e-8, 2e-3));
+        if (gap > 0.03)
+            CHECK_NEAR(va - vb, 3, test_by(1e-11, 1e-4));
+        else
+            CHECK_NEAR(va - vb, gap > test_by(1e-9, 1e-5) ? gap / 0.01 : 0, test_by(1e-8, 2e-3));
     }
     CHECK_NEAR(gap, 0, test_by(1e-12, 1e-6));
     free(world);
@@ -870,8 +878,9 @@ static double test_height(const ecp_world *world, int body)
     return test_get(world, body).x[2] - lowest[2];
 }
 
-/* At rest on the ground, and on the top of a static box: nothing moves, and the weight is carried.
-   The capsule lies on its side; so does the cylinder the second time, with the octahedron on a face. */
+/* At rest on the ground, and on the top of a static box: nothing moves, and the weight is
+   carried. The capsule lies on its side; so does the cylinder the second time, with the
+   octahedron on a face. */
 static void test_step_resting(void)
 {
     double half = 3.14159265358979323846 / 2;
@@ -897,8 +906,10 @@ static void test_step_resting(void)
                     ecp_shape top = test_box_shape(0.6, 0.7, 0.25);
                     ground = test_body(world, ECP_STATIC, 0, 1, 1, 1, 0.1, -0.1, -0.25);
                     test_attach(world, ground, &top, 0, 0, 0, &m);
-                } else test_ground(world, 0, 0, 1, &m);
-                body = test_add_primitive(world, kind, 0, 0, 0, axis, kind == 7 ? -1 : 0, 0, angle, &m);
+                } else
+                    test_ground(world, 0, 0, 1, &m);
+                body = test_add_primitive(world, kind, 0, 0, 0, axis, kind == 7 ? -1 : 0, 0, angle,
+                                          &m);
                 height = test_height(world, body);
                 test_set_pose(world, body, 0, 0, height, axis, kind == 7 ? -1 : 0, 0, angle);
                 start = test_get(world, body);
@@ -965,7 +976,8 @@ static void test_advance_energy(ecp_world *world, int body, double h)
     for (i = 0; i < ecp_contact_count(world); i++) {
         ecp_contact c = test_contact(world, i);
         double r = 0;
-        for (k = 0; k < 3; k++) r += ((double)c.point_a[k] - s.x[k]) * ((double)c.point_a[k] - s.x[k]);
+        for (k = 0; k < 3; k++)
+            r += ((double)c.point_a[k] - s.x[k]) * ((double)c.point_a[k] - s.x[k]);
         bound += (double)c.p_n * h * ww * sqrt(r) / 2;
     }
     after = test_energy(world, body, &gyro);
@@ -1012,8 +1024,9 @@ static void test_step_drops_on_box(void)
         world = test_world(&d);
         test_ground(world, 0, 0, 1, &m);
         test_attach(world, 0, &top, 0, 0, 0, &m);
-        body = test_add_primitive(world, kind, 0.2 * test_random(), 0.2 * test_random(), 0.7,
-                                  test_random(), test_random(), test_random(), 3 * test_random(), &m);
+        body =
+            test_add_primitive(world, kind, 0.2 * test_random(), 0.2 * test_random(), 0.7,
+                               test_random(), test_random(), test_random(), 3 * test_random(), &m);
         test_set_velocity(world, body, test_random(), test_random(), 0, 2 * test_random(),
                           2 * test_random(), 2 * test_random());
         for (k = 0; k < 150; k++) test_advance(world, 0.01, NULL);
@@ -1032,8 +1045,10 @@ static void test_step_overlap(void)
         int body;
         if (on_box) {
             ecp_shape top = test_box_shape(0.5, 0.5, 0.5);
-            test_attach(world, test_body(world, ECP_STATIC, 0, 1, 1, 1, 0, 0, -0.5), &top, 0, 0, 0, &m);
-        } else test_ground(world, 0, 0, 1, &m);
+            test_attach(world, test_body(world, ECP_STATIC, 0, 1, 1, 1, 0, 0, -0.5), &top, 0, 0, 0,
+                        &m);
+        } else
+            test_ground(world, 0, 0, 1, &m);
         body = test_box(world, 2, 0.2, 0.2, 0.1, 0, 0, 0.1 - depth, &m);
         test_advance(world, 0.01, NULL);
         CHECK_NEAR(test_get(world, body).v[2], depth / 0.01, test_by(1e-10, 1e-3));

@@ -1,11 +1,12 @@
-/* The numbers of shared/truths.md: the paper's examples, textbook mechanics, and independent solutions
-   of the step's equations. */
+/* The numbers of shared/truths.md: the paper's examples, textbook mechanics, and independent
+   solutions of the step's equations. */
 
 static const double truth_g = 9.8, truth_pi = 3.14159265358979323846;
 
 /* ---- T1 and T2: the paper's table */
 
-/* three vertical legs of radius 0.1 whose axes are 0.3 from the centre of mass, the last one on +y */
+/* three vertical legs of radius 0.1 whose axes are 0.3 from the centre of mass, the last one on
+   +y */
 static ecp_world *truth_table(double inertia, int *table)
 {
     ecp_world_desc d = ecp_world_desc_default();
@@ -19,8 +20,8 @@ static ecp_world *truth_table(double inertia, int *table)
     d.max_inequalities = 3;
     world = test_world(&d);
     test_ground(world, 0, 0, 1, &m);
-    *table = test_body(world, ECP_DYNAMIC, 5, 0.3327 * inertia, 0.3327 * inertia, 0.4458 * inertia, 0,
-                       0, 0.3);
+    *table = test_body(world, ECP_DYNAMIC, 5, 0.3327 * inertia, 0.3327 * inertia, 0.4458 * inertia,
+                       0, 0, 0.3);
     CHECK(ecp_shape_cylinder(&leg, ECP_R(0.1), ECP_R(0.2089)) == ECP_OK);
     for (i = 0; i < 3; i++) {
         double angle = truth_pi / 2 + (i + 1) * 2 * truth_pi / 3;
@@ -183,7 +184,8 @@ static void test_truth_2(void)
     CHECK_NEAR(a.second_touch, 1.50, 1e-9);
     b = truth_rocking(3, ECP_NEAREST, 1);
     CHECK_NEAR(test_spread(&a.end, &b.end), 0, test_by(1e-9, 1e-3));
-    /* -4.150 as h -> 0, at first order: the error halves, and its extrapolation is 100 times smaller */
+    /* -4.150 as h -> 0, at first order: the error halves, and its extrapolation is 100 times
+       smaller */
     coarse = truth_kick(0.001) - limit;
     fine = truth_kick(0.0005) - limit;
     CHECK_NEAR(limit, -4.150, 5e-4);
@@ -204,11 +206,13 @@ static double truth_scalar(const truth_puck *p, const double V[2], double w, dou
     double al = p->e * p->e * p->mu * p_n / p->m, be = p->e_r * p->e_r * p->mu * p_n / p->I;
     double turned = be > 0 ? w * s / (s + be) : w;
     double k = p->e * p->e * p->mu * p->H * turned, spin = be > 0 ? p->e_r * w / (s + be) : 0;
-    return p->e * p->e * (V[0] * V[0] + V[1] * V[1]) / ((s + al) * (s + al) + k * k) + spin * spin - 1;
+    return p->e * p->e * (V[0] * V[0] + V[1] * V[1]) / ((s + al) * (s + al) + k * k) + spin * spin -
+           1;
 }
 
-/* One discrete step under the impulse P and the moment impulse tau, by bisection on s: the equation
-   has one root where its left side exceeds 1 at s = 0, else the puck sticks, s = 0. Q: friction. */
+/* One discrete step under the impulse P and the moment impulse tau, by bisection on s: the
+   equation has one root where its left side exceeds 1 at s = 0, else the puck sticks, s = 0. Q:
+   friction. */
 static void truth_puck_step(truth_puck *p, double h, const double P[2], double tau, double Q[2])
 {
     double p_n = p->m * truth_g * h, V[2], w = p->w + tau / p->I, lo = 0, hi, al, be, re, im, size;
@@ -220,8 +224,10 @@ static void truth_puck_step(truth_puck *p, double h, const double P[2], double t
     while (hi > 0 && truth_scalar(p, V, w, p_n, hi) > 0) hi *= 2;
     for (k = 0; hi > 0 && k < 100; k++) {
         double s = (lo + hi) / 2;
-        if (truth_scalar(p, V, w, p_n, s) > 0) lo = s;
-        else hi = s;
+        if (truth_scalar(p, V, w, p_n, s) > 0)
+            lo = s;
+        else
+            hi = s;
     }
     p->w = be > 0 ? w * hi / (hi + be) : w;
     /* Q = -e^2 mu p_n V / ((s + al) - i e^2 mu H w') */
@@ -245,8 +251,10 @@ static ecp_world *truth_puck_world(const truth_puck *p, int box, int *body)
     ecp_shape s;
     test_ground(world, 0, 0, 1, &m);
     *body = test_body(world, ECP_DYNAMIC, p->m, p->I, p->I, p->I, 0, 0, p->H);
-    if (box) s = test_box_shape(0.28, 0.28, p->H);
-    else CHECK(ecp_shape_cylinder(&s, ECP_R(0.3), (ecp_real)p->H) == ECP_OK);
+    if (box)
+        s = test_box_shape(0.28, 0.28, p->H);
+    else
+        CHECK(ecp_shape_cylinder(&s, ECP_R(0.3), (ecp_real)p->H) == ECP_OK);
     test_attach(world, *body, &s, 0, 0, 0, &m);
     test_set_velocity(world, *body, p->v[0], p->v[1], 0, 0, 0, p->w);
     return world;
@@ -299,8 +307,10 @@ static void test_truth_3(void)
             truth_puck_compare(world, body, &p, h, Q, test_by(1e-10, 2e-5));
         }
         /* with e_r = 0 nothing brakes the spin */
-        if (kind < 3) CHECK_NEAR(fabs(p.v[0]) + fabs(p.v[1]) + fabs(p.w), 0, 1e-15);
-        else CHECK(p.w == 5);
+        if (kind < 3)
+            CHECK_NEAR(fabs(p.v[0]) + fabs(p.v[1]) + fabs(p.w), 0, 1e-15);
+        else
+            CHECK(p.w == 5);
         free(world);
     }
     /* first order towards the continuous reference */
@@ -311,8 +321,7 @@ static void test_truth_3(void)
         int i, steps = (int)(0.3 / h + 0.5);
         for (i = 0; i < steps; i++) test_advance(world, h, NULL);
         s = test_get(world, body);
-        CHECK_NEAR(fabs(s.v[0] - 0.47548536355307), errors[k],
-                   test_by(k == 0 ? 5e-6 : 5e-7, 5e-4));
+        CHECK_NEAR(fabs(s.v[0] - 0.47548536355307), errors[k], test_by(k == 0 ? 5e-6 : 5e-7, 5e-4));
         CHECK_NEAR(s.v[1], -0.1077973682858, 0.6 * h);
         CHECK_NEAR(s.w[2], 4.1380593233353, 0.6 * h);
         CHECK_NEAR(s.x[0], 0.21932522679829, 0.6 * h);
@@ -383,8 +392,8 @@ static void test_truth_4(void)
 
 /* ---- T5: blocks */
 
-/* A box of half sizes b, b, H at rest on a plane that is inclined by `angle` about y: x points down the
-   slope. The plane is horizontal and gravity is inclined, or the other way round. */
+/* A box of half sizes b, b, H at rest on a plane that is inclined by `angle` about y: x points
+   down the slope. The plane is horizontal and gravity is inclined, or the other way round. */
 static ecp_world *truth_incline(double angle, double mu, double b, double H, int turned, int *body)
 {
     ecp_material m = test_material(mu, 1, 1, 0.1);
@@ -466,7 +475,8 @@ static double truth_turned(double tangent, double mu, double b, double H, ecp_mo
 
 static void test_truth_5_tipping(void)
 {
-    /* in float a residual of 1e-5 near the corner p_n = 0, d = 0 of the rim leaves its square root */
+    /* in float a residual of 1e-5 near the corner p_n = 0, d = 0 of the rim leaves its square
+       root */
     double b = 0.1, H = 0.25, still = test_by(1e-10, 2e-3), w;
     ecp_mode mode;
     int side, body, k;
@@ -480,16 +490,18 @@ static void test_truth_5_tipping(void)
     CHECK_NEAR(truth_turned(0.8, 0.99 * b / H, b, H, &mode), 0, still);
     CHECK(mode == ECP_SLIP);
     CHECK(truth_turned(0.8, 1.01 * b / H, b, H, &mode) > 5e-3);
-    /* Pushed by F at the height z over the ground; the ECP is F z / (m g) ahead, and where F is less
-       than friction can hold it tips exactly when that exceeds b. */
+    /* Pushed by F at the height z over the ground; the ECP is F z / (m g) ahead, and where F is
+       less than friction can hold it tips exactly when that exceeds b. */
     for (side = 0; side < 4; side++) {
         double mu = 0.4, m = 2, z = side < 2 ? 0.3 : 0.2, F; /* b / mu = 0.25 */
         ecp_material material = test_material(mu, 1, 1, 0);
         ecp_world *world = test_world(NULL);
         test_ground(world, 0, 0, 1, &material);
         body = test_box(world, m, b, b, H, 0, 0, H, &material);
-        if (side < 2) F = (side ? 1.01 : 0.99) * b * m * truth_g / z;
-        else F = (side == 3 ? 1.01 : 0.99) * mu * m * truth_g;
+        if (side < 2)
+            F = (side ? 1.01 : 0.99) * b * m * truth_g / z;
+        else
+            F = (side == 3 ? 1.01 : 0.99) * mu * m * truth_g;
         for (k = 0; k < 20; k++) {
             test_push(world, body, F, 0, 0, z - H);
             test_advance(world, 0.01, NULL);
@@ -637,10 +649,12 @@ static void test_truth_6(void)
     slid = 12 * v0 * v0 / (49 * mu * truth_g) + (0.5 - rolls) * v0 * 5 / 7;
     coarse = truth_slide_to_roll(0.01) - slid;
     fine = truth_slide_to_roll(0.0025) - slid;
-    /* error -h / 2 times the change of velocity, and up to h^2 mu g / 2 for the step it changes in */
+    /* error -h / 2 times the change of velocity, and up to h^2 mu g / 2 for the step it changes
+       in */
     CHECK_NEAR(coarse, -0.01 / 2 * v0 * 2 / 7, 1e-4 * mu * truth_g / 2);
     CHECK_NEAR(fine, -0.0025 / 2 * v0 * 2 / 7, 6.25e-6 * mu * truth_g / 2);
-    /* down an incline: a = g sin / (1 + I / (m r^2)) while mu >= tan / (1 + m r^2 / I), else slips */
+    /* down an incline: a = g sin / (1 + I / (m r^2)) while mu >= tan / (1 + m r^2 / I), else
+       slips */
     for (over = 0; over < 2; over++) {
         mu = threshold * (over ? 1.01 : 0.99);
         a = over ? truth_g * sin(th) / 1.4 : truth_g * (sin(th) - mu * cos(th));
@@ -698,7 +712,8 @@ static double truth_precession(double h, double *gain)
     return sqrt(error);
 }
 
-/* the intermediate axis: time from the first to the second turn of the middle axis; gain of energy */
+/* the intermediate axis: time from the first to the second turn of the middle axis; gain of
+   energy */
 static double truth_flip(double h, double *gain)
 {
     const double I[3] = {1, 2, 3};
@@ -728,8 +743,10 @@ static double truth_flip(double h, double *gain)
         middle = s.R[1] * s.w[0] + s.R[4] * s.w[1] + s.R[7] * s.w[2];
         if (middle * last < 0) {
             double at = t - h * middle / (middle - last);
-            if (first <= 0) first = at;
-            else second = at;
+            if (first <= 0)
+                first = at;
+            else
+                second = at;
         }
         last = middle;
     }
@@ -748,8 +765,10 @@ static void test_truth_7(void)
     coarse = truth_flip(0.01, &gain) - 19.55286710;
     fine = truth_flip(0.005, &less) - 19.55286710;
     /* the instability magnifies rounding, which in float is all of the error there is to see */
-    if (sizeof(ecp_real) == sizeof(double)) CHECK_NEAR(coarse / fine, 2, 0.05);
-    else CHECK_NEAR(fine, 0, 0.1);
+    if (sizeof(ecp_real) == sizeof(double))
+        CHECK_NEAR(coarse / fine, 2, 0.05);
+    else
+        CHECK_NEAR(fine, 0, 0.1);
     CHECK_NEAR(gain / less, 2, test_by(0.05, 0.2));
     /* the drift itself, so that nobody forgets it: 1.2 % of the energy of 2 in 30 s at h = 0.01 */
     CHECK(gain > 0 && gain < 0.05);

@@ -4182,7 +4182,7 @@ ECP_DEF size_t ecp_mcp_memsize(int n, int m)
     ecp_i_mcp s;
     ecp_i_problem p;
     ecp_real *z;
-    if (n < 0 || m < 0 || n + m < 1 || n > 10000 || m > 10000) return 0;
+    if (n < 0 || m < 0 || n > 10000 || m > 10000 || n + m < 1) return 0;
     ecp_i_carve_mcp(&arena, n + m, &s, &p, &z);
     return arena.overflow ? 0 : arena.used;
 }

@@ -766,6 +766,12 @@ static ecp_real ecp_i_min(ecp_real a, ecp_real b) { return a < b ? a : b; }
 /* false for NaN and infinity */
 static int ecp_i_finite(ecp_real x) { return x - x == 0; }
 
+/* *worst = max(*worst, value), where NaN is the largest of all and stays */
+static void ecp_i_worst(ecp_real *worst, ecp_real value)
+{
+    if (value > *worst || value != value) *worst = value;
+}
+
 static int ecp_i_all_finite(int n, const ecp_real *x)
 {
     int i;
@@ -1991,18 +1997,14 @@ static ecp_status ecp_i_check_sizes(const ecp_real *size, int count)
 static void ecp_i_shape_set(ecp_shape *s, const ecp_shape_class *cls, ecp_shape_kind kind,
                             int inequalities, const ecp_real size[4], ecp_real radius)
 {
+    ECPSIM_MEMSET(s, 0, sizeof *s); /* padding as well: worlds are compared as bytes */
     s->cls = cls;
     s->kind = kind;
     s->inequalities = inequalities;
-    s->vertex_count = 0;
     for (int k = 0; k < 4; ++k) {
         s->size[k] = size[k];
     }
-    ecp_i_set3(ECP_R(0), ECP_R(0), ECP_R(0), s->centre);
     s->radius = radius;
-    s->planes = NULL;
-    s->vertices = NULL;
-    s->user = NULL;
 }
 
 ECP_DEF ecp_status ecp_shape_half_space(ecp_shape *s, const ecp_real normal[3], ecp_real offset)
@@ -2368,7 +2370,7 @@ ECP_DEF ecp_status ecp_shape_polytope(ecp_shape *s, const ecp_real *planes, int 
                    vertices[3 * v + 2] - mass.centre[2], d);
         made.radius = ecp_i_max(made.radius, ecp_i_norm(d));
     }
-    *s = made;
+    ECPSIM_MEMCPY(s, &made, sizeof made);
     return ECP_OK;
 }
 
@@ -2756,7 +2758,7 @@ ECP_DEF ecp_status ecp_body_add_shape(ecp_world *world, int body, const ecp_shap
     }
     p = ecp_i_parts(world) + world->shapes;
     ECPSIM_MEMSET(p, 0, sizeof *p);
-    p->shape = *shape;
+    ECPSIM_MEMCPY(&p->shape, shape, sizeof p->shape);
     p->material = m;
     p->body = body;
     if (position) ecp_i_copy3(position, p->position);
@@ -3023,7 +3025,7 @@ static int ecp_i_at_p(const ecp_i_pair *c) { return c->plane ? 3 + c->nl : 4 + c
 static ecp_real ecp_i_fb(ecp_real a, ecp_real b, ecp_real tau, ecp_real *da, ecp_real *db)
 {
     ecp_real r = ecp_i_sqrt(a * a + b * b + 2 * tau * tau);
-    if (!(r > 0)) {
+    if (r == 0) {
         *da = *db = ECP_R(0.2928932188134524); /* 1 - 1 / sqrt(2) */
         return 0;
     }
@@ -3899,7 +3901,7 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real ta
             ecp_real size = ecp_i_abs(F[r]);
             if (r == gap) size -= c->d_noise / (s->h * c->V);
             if (r < c->at + (c->plane ? 3 : 4)) size -= c->n_noise;
-            if (!(size <= worst)) worst = size;
+            ecp_i_worst(&worst, size);
         }
     }
     for (i = 0; i < s->body_count; i++) {
@@ -3909,7 +3911,7 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real ta
             ecp_real scale = k < 3 ? unit : unit * m->length, size;
             F[6 * i + k] = m->residual[k] / scale;
             size = ecp_i_abs(F[6 * i + k]) - 16 * ECP_I_EPSILON * m->floor[k / 3] / scale;
-            if (!(size <= worst)) worst = size;
+            ecp_i_worst(&worst, size);
         }
     }
     return worst;
@@ -3987,7 +3989,7 @@ static ecp_real ecp_i_largest(int n, const ecp_real *F)
     ecp_real worst = 0;
     int i;
     for (i = 0; i < n; i++) {
-        if (!(ecp_i_abs(F[i]) <= worst)) worst = ecp_i_abs(F[i]);
+        ecp_i_worst(&worst, ecp_i_abs(F[i]));
     }
     return worst;
 }
@@ -4115,7 +4117,7 @@ static ecp_real ecp_i_mcp_residual(void *self, const ecp_real *z, ecp_real tau, 
     s->tau = tau;
     for (i = 0; i < size; i++) {
         F[i] = i < n ? s->value[i] : ecp_i_fb(z[i], s->value[i], tau, &da, &db);
-        if (!(ecp_i_abs(F[i]) <= worst)) worst = ecp_i_abs(F[i]);
+        ecp_i_worst(&worst, ecp_i_abs(F[i]));
     }
     return worst;
 }
@@ -5410,11 +5412,6 @@ static ecp_real ecp_i_relative(ecp_real residual, ecp_real size)
 static ecp_real ecp_i_complementarity(ecp_real x, ecp_real x_unit, ecp_real y, ecp_real y_unit)
 {
     return ecp_i_abs(ecp_i_min(x / x_unit, y / y_unit));
-}
-
-static void ecp_i_worst(ecp_real *worst, ecp_real value)
-{
-    if (!(value <= *worst)) *worst = value;
 }
 
 typedef struct ecp_i_side {

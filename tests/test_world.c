@@ -325,7 +325,8 @@ static void world_test_bodies(void)
 static void world_test_state(void)
 {
     world_fixture f;
-    ecp_real v[3] = {1, 2, 3}, q[4] = {0, 3, 0, 4}, got[3], got_q[4], zero[4] = {0, 0, 0, 0};
+    ecp_real v[3] = {1, 2, 3}, q[4] = {0, 3, 0, 4}, got[3] = {0}, got_q[4] = {0},
+             zero[4] = {0, 0, 0, 0};
     int k, which, i;
     static const int bad_index[4] = {-1, 3, INT_MAX, INT_MIN};
     world_setup(&f);
@@ -365,7 +366,7 @@ static void world_test_state(void)
     CHECK(ecp_body_get_state(f.world, f.box, NULL, NULL, got, NULL) == ECP_OK);
     CHECK(ecp_body_set_state(f.world, f.box, v, q, NULL, zero) == ECP_OK);
     {
-        ecp_real x[3], u[3], w[3];
+        ecp_real x[3] = {0}, u[3] = {0}, w[3] = {0};
         CHECK(ecp_body_get_state(f.world, f.box, x, got_q, u, w) == ECP_OK);
         CHECK(memcmp(x, v, sizeof x) == 0 && memcmp(u, got, sizeof u) == 0);
         CHECK(w[0] == 0 && w[1] == 0 && w[2] == 0);
@@ -387,10 +388,10 @@ static void world_test_shapes(void)
     ecp_world_desc desc = ecp_world_desc_default();
     ecp_body_desc d = ecp_body_desc_default();
     ecp_shape box = world_box(1, 2, 3), plane, blank;
-    ecp_real up[3] = {0, 0, 1}, x[3], q[4], R[9], got[3];
-    const ecp_shape *kept;
+    ecp_real up[3] = {0, 0, 1}, x[3], q[4], R[9], got[3] = {0};
+    const ecp_shape *kept = &box;
     ecp_material m;
-    int k, which, index = -7, body, i;
+    int k, which, index = -7, body = -1, i;
     static const int bad_index[4] = {-1, 2, INT_MAX, INT_MIN};
     desc.max_shapes = 2;
     desc.max_inequalities = 6;
@@ -565,8 +566,8 @@ static void world_test_loads(void)
         ecp_world_desc desc = ecp_world_desc_default();
         ecp_body_desc d = ecp_body_desc_default();
         ecp_world *w;
-        ecp_real F[3], T[3], J[3], L[3], r[3], s[3], h = ECP_R(0.05), v[3], omega[3], R[9], I[9],
-                                                     q[4];
+        ecp_real F[3], T[3], J[3], L[3], r[3], s[3], h = ECP_R(0.05), v[3] = {0}, omega[3] = {0},
+                                                     R[9], I[9], q[4];
         double moment[3], got;
         memset(desc.gravity, 0, sizeof desc.gravity);
         w = test_world(&desc);
@@ -619,7 +620,7 @@ static void world_test_loads(void)
         /* once: the next step keeps the momentum. The angular one of the body at the beginning of
            the step changes by its own gyroscopic term only, which for h -> 0 is nothing */
         {
-            ecp_real v2[3], w2[3];
+            ecp_real v2[3] = {0}, w2[3] = {0};
             CHECK(ecp_step(w, ECP_R(1e-9), NULL, NULL) == ECP_OK);
             CHECK(ecp_body_get_state(w, 0, NULL, NULL, v2, w2) == ECP_OK);
             for (k = 0; k < 3; k++) {
@@ -635,7 +636,7 @@ static void world_test_loads(void)
 static void world_test_kinds(void)
 {
     world_fixture f;
-    ecp_real g[3] = {3, -4, 5}, x0[3], x[3], v[3], w[3];
+    ecp_real g[3] = {3, -4, 5}, x0[3] = {0}, x[3], v[3], w[3] = {0};
     int k, i;
     world_setup(&f);
     CHECK(ecp_world_set_gravity(f.world, g) == ECP_OK);

@@ -3828,6 +3828,7 @@ typedef struct ecp_i_island {
     int *bodies, body_count; /* indices of the island's dynamic bodies */
     ecp_i_pair **pairs;
     int pair_count, unknowns;
+    ecp_i_arena *arena;
     ecp_real h, noise; /* noise: velocities, scaled, that count as zero in a warm start */
     const ecp_world *world;
     int centring;  /* count unknowns from their target in the next Newton step */
@@ -3917,12 +3918,62 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real ta
     return worst;
 }
 
+/* the Newton block of a patch with this many unknowns */
+static void ecp_i_carve_block(ecp_i_arena *arena, int count, int bodies, ecp_i_pair *c)
+{
+    int rows = count + 6 * bodies;
+    c->block = ecp_i_take_reals(arena, rows, rows + 1);
+    c->row_tag = ecp_i_take_ints(arena, count);
+    c->col_tag = ecp_i_take_ints(arena, count);
+    c->row_order = ecp_i_take_ints(arena, count);
+    c->col_order = ecp_i_take_ints(arena, count);
+}
+
+static void ecp_i_carve_front(ecp_i_arena *arena, int n, int K, ecp_i_front *f)
+{
+    f->M = ecp_i_take_reals(arena, n, n);
+    f->b = ecp_i_take_reals(arena, n, 1);
+    f->C = ecp_i_take_reals(arena, K, n);
+    f->c = ecp_i_take_reals(arena, K, 1);
+    f->Bt = ecp_i_take_reals(arena, K, n);
+    f->x = ecp_i_take_reals(arena, K, 1);
+    f->weight = ecp_i_take_reals(arena, K, 1);
+    f->work = ecp_i_take_reals(arena, n, n + 1);
+    f->v = ecp_i_take_reals(arena, n, 1);
+    f->tau_c = ecp_i_take_reals(arena, n, 1);
+    f->tau_b = ecp_i_take_reals(arena, n, 1);
+    f->square = ecp_i_take_reals(arena, n, n);
+    f->rhs = ecp_i_take_reals(arena, n, 1);
+    f->least = ecp_i_take_reals(arena, n, n + 3);
+    f->null = ecp_i_take_reals(arena, n, n);
+    f->gram = ecp_i_take_reals(arena, n, n);
+    f->row = ecp_i_take_reals(arena, n, 1);
+    f->piv_c = ecp_i_take_ints(arena, n);
+    f->piv_b = ecp_i_take_ints(arena, n);
+    f->ints = ecp_i_take_ints(arena, 2 * n);
+}
+
+/* The memory of a Newton step, taken when the first one is made: a start that is a solution needs
+   none of it. */
+static void ecp_i_island_carve(ecp_i_island *s)
+{
+    int i, K = 0;
+    for (i = 0; i < s->pair_count; i++) {
+        ecp_i_pair *c = s->pairs[i];
+        ecp_i_carve_block(s->arena, c->count, c->ma->dynamic + c->mb->dynamic, c);
+        K += c->count;
+    }
+    ecp_i_carve_front(s->arena, 6 * s->body_count, K, &s->front);
+    ECPSIM_ASSERT(!s->arena->overflow);
+}
+
 /* The Newton step at the point of the last residual. Returns 0 if it is not finite. */
 static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, ecp_real *dz)
 {
     ecp_i_island *s = (ecp_i_island *)self;
     ecp_i_front *f = &s->front;
     int i, j, k, left = 0;
+    if (!f->M) ecp_i_island_carve(s);
     f->n = 6 * s->body_count;
     f->K = 0;
     ECPSIM_MEMSET(f->M, 0, (size_t)(f->n * f->n) * sizeof(ecp_real));
@@ -4543,41 +4594,6 @@ static void ecp_i_carve_pair(ecp_i_arena *arena, int nl, int nm, ecp_i_pair *c)
     c->active_b = ecp_i_take_ints(arena, nm);
 }
 
-/* the Newton block of a patch with this many unknowns */
-static void ecp_i_carve_block(ecp_i_arena *arena, int count, int bodies, ecp_i_pair *c)
-{
-    int rows = count + 6 * bodies;
-    c->block = ecp_i_take_reals(arena, rows, rows + 1);
-    c->row_tag = ecp_i_take_ints(arena, count);
-    c->col_tag = ecp_i_take_ints(arena, count);
-    c->row_order = ecp_i_take_ints(arena, count);
-    c->col_order = ecp_i_take_ints(arena, count);
-}
-
-static void ecp_i_carve_front(ecp_i_arena *arena, int n, int K, ecp_i_front *f)
-{
-    f->M = ecp_i_take_reals(arena, n, n);
-    f->b = ecp_i_take_reals(arena, n, 1);
-    f->C = ecp_i_take_reals(arena, K, n);
-    f->c = ecp_i_take_reals(arena, K, 1);
-    f->Bt = ecp_i_take_reals(arena, K, n);
-    f->x = ecp_i_take_reals(arena, K, 1);
-    f->weight = ecp_i_take_reals(arena, K, 1);
-    f->work = ecp_i_take_reals(arena, n, n + 1);
-    f->v = ecp_i_take_reals(arena, n, 1);
-    f->tau_c = ecp_i_take_reals(arena, n, 1);
-    f->tau_b = ecp_i_take_reals(arena, n, 1);
-    f->square = ecp_i_take_reals(arena, n, n);
-    f->rhs = ecp_i_take_reals(arena, n, 1);
-    f->least = ecp_i_take_reals(arena, n, n + 3);
-    f->null = ecp_i_take_reals(arena, n, n);
-    f->gram = ecp_i_take_reals(arena, n, n);
-    f->row = ecp_i_take_reals(arena, n, 1);
-    f->piv_c = ecp_i_take_ints(arena, n);
-    f->piv_b = ecp_i_take_ints(arena, n);
-    f->ints = ecp_i_take_ints(arena, 2 * n);
-}
-
 /* the vectors of Newton's method: z, the best z, F, dz, trial */
 static void ecp_i_carve_vectors(ecp_i_arena *arena, int unknowns, ecp_real *vectors[5])
 {
@@ -4723,21 +4739,22 @@ static int ecp_i_pair_setup(const ecp_i_step *s, int i, int j, ecp_i_pair *c)
 {
     const ecp_i_part *parts = ecp_i_parts(s->w);
     int swap = parts[i].shape.kind == ECP_HALF_SPACE;
+    const ecp_i_part *a = parts + (swap ? j : i), *b = parts + (swap ? i : j);
+    ecp_i_motion *ma = s->motions + a->body, *mb = s->motions + b->body;
+    if (a->shape.kind == ECP_HALF_SPACE || ma == mb || (!ma->dynamic && !mb->dynamic)) return 0;
     ECPSIM_MEMSET(c, 0, sizeof *c);
     c->shape_a = swap ? j : i;
     c->shape_b = swap ? i : j;
-    c->a = parts + c->shape_a;
-    c->b = parts + c->shape_b;
-    c->ma = s->motions + c->a->body;
-    c->mb = s->motions + c->b->body;
-    if (c->a->shape.kind == ECP_HALF_SPACE || c->ma == c->mb) return 0;
-    if (!c->ma->dynamic && !c->mb->dynamic) return 0;
-    c->plane = c->b->shape.kind == ECP_HALF_SPACE;
-    c->nl = c->a->shape.inequalities;
-    c->nm = c->plane ? 0 : c->b->shape.inequalities;
-    ecp_i_sub(c->ma->body->x, c->mb->body->x, c->offset);
-    ecp_i_axpy(c->offset, 1, c->ma->body->x_carry, c->offset);
-    ecp_i_sub(c->offset, c->mb->body->x_carry, c->offset);
+    c->a = a;
+    c->b = b;
+    c->ma = ma;
+    c->mb = mb;
+    c->plane = b->shape.kind == ECP_HALF_SPACE;
+    c->nl = a->shape.inequalities;
+    c->nm = c->plane ? 0 : b->shape.inequalities;
+    ecp_i_sub(ma->body->x, mb->body->x, c->offset);
+    ecp_i_axpy(c->offset, 1, ma->body->x_carry, c->offset);
+    ecp_i_sub(c->offset, mb->body->x_carry, c->offset);
     ecp_i_pair_friction(c);
     c->count = ecp_i_at_p(c) + 1 + c->nf;
     c->old = -1;
@@ -5140,11 +5157,12 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     ecp_i_effort effort = {0, 0, 0};
     ecp_real *vectors[5], *z, *best, error;
     size_t mark = step->arena.used;
-    int i, K = 0, solved;
+    int i, solved;
     ECPSIM_MEMSET(&s, 0, sizeof s);
     s.motions = step->motions;
     s.bodies = step->bodies;
     s.pairs = step->members;
+    s.arena = &step->arena;
     s.h = step->h;
     s.world = step->w;
     s.noise = step->o->tolerance / (2 * ECP_I_CONTENT);
@@ -5159,12 +5177,9 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
         if ((c->ma->dynamic ? c->ma : c->mb)->island != label) continue;
         c->at = s.unknowns;
         s.unknowns += c->count;
-        K += c->count;
         s.pairs[s.pair_count++] = c;
-        ecp_i_carve_block(&step->arena, c->count, c->ma->dynamic + c->mb->dynamic, c);
     }
     if (s.pair_count == 0) return ECP_OK;
-    ecp_i_carve_front(&step->arena, 6 * s.body_count, K, &s.front);
     ecp_i_carve_vectors(&step->arena, s.unknowns, vectors);
     ECPSIM_ASSERT(!step->arena.overflow);
     z = vectors[0];

@@ -510,6 +510,20 @@ static void test_step_far(void)
     free(away);
 }
 
+/* Steps that are too short for the position's last digit still add up. */
+static void test_step_creep(void)
+{
+    double far = test_by(1e6, 100), v = test_by(3e-9, 1e-4), last_digit = test_by(2e-10, 1e-5);
+    ecp_world *world = test_world(NULL);
+    int body, k;
+    test_set_gravity(world, 0, 0, 0);
+    body = test_body(world, ECP_DYNAMIC, 1, 1, 1, 1, far, 0, 0);
+    test_set_velocity(world, body, v, 0, 0, 0, 0, 0);
+    for (k = 0; k < 1000; k++) test_advance(world, 0.01, NULL);
+    CHECK_NEAR(test_get(world, body).x[0] - far, 1000 * 0.01 * v, last_digit);
+    free(world);
+}
+
 /* Gravity sideways: everything turned by a quarter about y gives the same motion, turned. */
 static void test_step_sideways(void)
 {
@@ -662,6 +676,28 @@ static void test_step_kinematic(void)
         CHECK_NEAR(s.w[2], 2, test_by(1e-10, 1e-3));
     }
     free(world);
+    /* A floor that is being tilted about the y axis through the origin: the flat box keeps lying
+       on it, so it has the floor's rotation, and does not slide; tan(0.3) < mu. */
+    world = test_world(NULL);
+    ground = test_moving_ground(world, &m);
+    box = test_box(world, 2, 0.2, 0.2, 0.1, 1, 0, 0.1, &m);
+    test_set_velocity(world, ground, 0, 0, 0, 0, -0.6, 0);
+    for (k = 0; k < 50; k++) {
+        test_state s, floor_;
+        double along;
+        test_advance(world, 0.01, NULL);
+        s = test_get(world, box);
+        floor_ = test_get(world, ground);
+        CHECK_NEAR(s.q[0], floor_.q[0], test_by(1e-11, 1e-5));
+        CHECK_NEAR(s.q[2], floor_.q[2], test_by(1e-11, 1e-5));
+        /* over the floor, along its normal, and 1 m up the slope but for what the straight steps
+           along the arc add, a factor of sqrt(1 + h^2 W^2) at most each */
+        CHECK_NEAR(s.x[0] * s.R[2] + s.x[2] * s.R[8], 0.1, test_by(1e-11, 1e-5));
+        along = s.x[0] * s.R[0] + s.x[2] * s.R[6];
+        CHECK_NEAR(along, 1, (k + 1) * 0.01 * 0.6 * 0.01 * 0.6);
+    }
+    CHECK_NEAR(test_get(world, box).q[2], -sin(0.15), 1e-4);
+    free(world);
     /* a kinematic box pushes a ball along the ground without friction; when it stops, the ball
        rolls on by itself */
     m = test_material(0, 1, 1, 0);
@@ -788,6 +824,33 @@ static void test_step_balls(void)
             CHECK_NEAR(va - vb, gap > test_by(1e-9, 1e-5) ? gap / 0.01 : 0, test_by(1e-8, 2e-3));
     }
     CHECK_NEAR(gap, 0, test_by(1e-12, 1e-6));
+    free(world);
+    /* Three equal balls in a row, 10 mm and 5 mm apart; the first comes at 5 m/s, so within one
+       step it drives the second on to the third, which free motion would not reach. The step
+       closes both gaps, and from the next one on all three go at a third of the speed. */
+    world = test_world(NULL);
+    test_set_gravity(world, 0, 0, 0);
+    for (k = 0; k < 3; k++) {
+        double x = k == 0 ? 0 : k == 1 ? 0.41 : 0.815;
+        a = test_body(world, ECP_DYNAMIC, 1, 0.016, 0.016, 0.016, x, 0, 0);
+        test_attach(world, a, &s, 0, 0, 0, &m);
+    }
+    test_set_velocity(world, 0, 5, 0, 0, 0, 0, 0);
+    for (k = 0; k < 3; k++) {
+        double x[3], w[3];
+        int i;
+        ecp_report r = test_advance(world, 0.01, NULL);
+        CHECK(r.patches_kept == 2 && r.islands == 1);
+        for (i = 0; i < 3; i++) {
+            x[i] = test_get(world, i).x[0];
+            w[i] = test_get(world, i).v[0];
+        }
+        CHECK_NEAR(x[1] - x[0], 0.4, test_by(1e-11, 1e-5));
+        CHECK_NEAR(x[2] - x[1], 0.4, test_by(1e-11, 1e-5));
+        CHECK_NEAR(w[0] + w[1] + w[2], 5, test_by(1e-11, 1e-4));
+        CHECK_NEAR(w[0] - w[1], k == 0 ? 1 : 0, test_by(1e-9, 5e-3));
+        CHECK_NEAR(w[1] - w[2], k == 0 ? 0.5 : 0, test_by(1e-9, 5e-3));
+    }
     free(world);
     /* a ball balanced on a ball that is held: it carries the weight, and symmetry keeps it there */
     world = test_world(NULL);
@@ -1097,6 +1160,7 @@ static void test_step(void)
     test_step_failure();
     test_step_bits();
     test_step_far();
+    test_step_creep();
     test_step_sideways();
     test_step_rules();
     test_step_kinematic();

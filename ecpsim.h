@@ -2896,6 +2896,7 @@ typedef struct ecp_i_motion {
     const ecp_i_body *body;
     int dynamic, island;
     int at;                       /* of its six unknowns in the island's vector */
+    int loads;                    /* patches that carry it */
     ecp_real R0[9];               /* rotation at the beginning of the step */
     ecp_real inertia[9];          /* about the centre of mass, world axes, beginning of the step */
     ecp_real kick[6];             /* p_app + p_vp of equ:discrete_NE */
@@ -2986,7 +2987,8 @@ typedef struct ecp_i_pair {
     int nl, nm, nf;            /* numbers of multipliers of f and g, of friction rows (0, 2, 3) */
     int at, count;             /* of its unknowns in the island's vector */
     ecp_real mu, e[3], direction[3];
-    ecp_real L, V, P; /* units of length, velocity, impulse */
+    ecp_real L, V, P;      /* units of length, velocity, impulse */
+    ecp_i_motion *carried; /* the body whose momentum P is measured by */
     ecp_real e_scaled[3], rho;
     ecp_real offset[3]; /* x_A - x_B at the beginning of the step */
 
@@ -3833,6 +3835,7 @@ typedef struct ecp_i_island {
     const ecp_world *world;
     int centring;  /* count unknowns from their target in the next Newton step */
     int many;      /* the last Newton step had many solutions */
+    int nearest;   /* the rule is ECP_NEAREST: starts keep the ECPs where they can */
     int uncentred; /* a patch starts from a point that the rule ECP_CENTRED did not choose */
     ecp_i_front front;
 } ecp_i_island;
@@ -4045,9 +4048,17 @@ static ecp_real ecp_i_largest(int n, const ecp_real *F)
     return worst;
 }
 
-/* how far below the tolerance Newton aims, and a warm start has to be to need no iteration */
-#define ECP_I_AIM ECP_R(1e4)
-#define ECP_I_CONTENT ECP_R(1e2)
+/* The residual that Newton aims at, and the one that a warm start must have to need no iteration:
+   far below the tolerance, but not below rounding. */
+static ecp_real ecp_i_aim(ecp_real tolerance)
+{
+    return ecp_i_max(tolerance / 10000, ECP_I_EPSILON / 2);
+}
+
+static ecp_real ecp_i_content(ecp_real tolerance)
+{
+    return ecp_i_max(tolerance / 100, 32 * ECP_I_EPSILON);
+}
 
 /* how many of the last merits a new one may compare itself with */
 #define ECP_I_MEMORY 4
@@ -4065,8 +4076,8 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     error = p->residual(p->self, z, tau, p->F);
     effort->evaluations++;
     largest = ecp_i_largest(p->n, p->F);
-    if (largest <= tolerance / ECP_I_AIM) return 1;
-    if (warm && error <= tolerance / ECP_I_CONTENT) return 1;
+    if (largest <= ecp_i_aim(tolerance)) return 1;
+    if (warm && error <= ecp_i_content(tolerance)) return 1;
     for (k = 0; k < ECP_I_MEMORY; k++) merits[k] = ecp_i_merit(p->n, p->F);
     for (k = 0; k < limit; k++) {
         if (!p->step(p->self, z, p->F, p->dz)) return 0;
@@ -4084,7 +4095,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
         }
         ECPSIM_MEMCPY(z, p->trial, (size_t)p->n * sizeof(ecp_real));
         largest = ecp_i_largest(p->n, p->F);
-        if (largest <= tolerance / ECP_I_AIM) return 1;
+        if (largest <= ecp_i_aim(tolerance)) return 1;
         if (error <= tolerance && 2 * largest > before) return 1;
         merits[k % ECP_I_MEMORY] = merit;
     }
@@ -4278,7 +4289,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     if (report) {
         report->iterations = effort.iterations;
         report->evaluations = effort.evaluations;
-        report->fallbacks = effort.fallbacks;
+        report->fallbacks = effort.fallbacks & ~ECP_FALLBACK_GEOMETRIC;
         report->natural_residual = ecp_i_mcp_residual(&s, work, 0, p.F);
         report->merit = ecp_i_merit(size, p.F);
     }
@@ -4496,8 +4507,8 @@ static void ecp_i_pair_nearest(const ecp_i_pair *c, ecp_real at_a[3], ecp_real a
 }
 
 /* A geometric start at the present trial motion: support points, or nearest points, their
-   normal-cone multipliers, and p_n on where the gap is negative. `guess`: the ECP to take instead
-   (frame of A, may be NULL). */
+   normal-cone multipliers, and p_n on where the gap is negative. `guess`: an ECP (frame of A) to
+   prefer, or NULL. */
 static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *guess, ecp_real *y)
 {
     ecp_i_posed A, B;
@@ -4520,6 +4531,12 @@ static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *gue
         gap = ecp_i_dot(n, local);
         y[ecp_i_at_d(c)] = gap / (h * c->V);
     }
+    /* only where the contact can be: not above the lowest points */
+    if (guess && c->plane) {
+        ecp_i_sub(a, guess, b);
+        ecp_i_mul(A.Q, b, local);
+        if (ecp_i_dot(n, local) > ECP_R(1e-6) * c->a->shape.radius) guess = NULL;
+    }
     if (guess) ecp_i_copy3(guess, a);
     reach = ECP_R(1e-3) * c->a->shape.radius;
     ecp_i_scale(1 / c->L, a, y);
@@ -4533,7 +4550,10 @@ static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *gue
         reach = ECP_R(1e-3) * c->b->shape.radius;
         ecp_i_cone_multipliers(c->nm, c->fb, c->gb, local, reach, y + ecp_i_at_m(c));
     }
-    if (gap < 0) y[ecp_i_at_p(c)] = ecp_i_min(1, -gap / (h * c->V));
+    /* the carried body's patches share the load alike */
+    if (gap < 0) {
+        y[ecp_i_at_p(c)] = ecp_i_min(1, -gap / (h * c->V)) / (ecp_real)c->carried->loads;
+    }
 }
 /* >>step ================================================================================== */
 
@@ -4878,10 +4898,13 @@ static void ecp_i_island_units(ecp_i_island *s)
         const ecp_i_motion *other = c->mb->dynamic ? c->ma : c->mb;
         if (!other->dynamic) speed = ecp_i_max(speed, ecp_i_norm(other->v));
     }
-    for (i = 0; i < s->body_count; i++) s->motions[s->bodies[i]].speed = speed;
+    for (i = 0; i < s->body_count; i++) {
+        s->motions[s->bodies[i]].speed = speed;
+        s->motions[s->bodies[i]].loads = 0;
+    }
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
-        const ecp_i_motion *carried = c->ma->dynamic ? c->ma : c->mb;
+        ecp_i_motion *carried = c->ma->dynamic ? c->ma : c->mb;
         c->V = speed;
         c->L = carried->length;
         if (c->ma->dynamic && c->mb->dynamic) {
@@ -4891,6 +4914,8 @@ static void ecp_i_island_units(ecp_i_island *s)
             c->L = ecp_i_min(c->ma->length, c->mb->length);
         }
         c->P = carried->mass * speed;
+        c->carried = carried;
+        carried->loads++;
         c->rho = 1;
         for (k = 0; k < c->nf; k++) {
             ecp_real e = k < 2 ? c->e[k] : c->e[k] / c->L;
@@ -4956,11 +4981,12 @@ static void ecp_i_aside(const ecp_i_pair *c, int k, ecp_real a[3])
 
 /* Start k: the patches warm (0), geometric (1), geometric for the pose that a part of the free motion
    leads to (2 to 5), or geometric with the ECPs to one side (6 to 9). The warm start's velocities
-   balance its impulses; those that are nothing but the rounding of that balance are zero instead,
-   or they would add up to a drift. */
+   balance its impulses (a patch without a history knows its load but not where it acts, and gets no
+   moment); those that are nothing but the rounding of that balance are zero instead, or they would
+   add up to a drift. */
 static int ecp_i_island_start(void *self, int k, ecp_real *z)
 {
-    static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)};
+    static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)}, none[3] = {0, 0, 0};
     ecp_i_island *s = (ecp_i_island *)self;
     ecp_real aside[3], dv[6], part = k < 2 || k > 5 ? ECP_R(1) : parts[k - 2];
     int i, j;
@@ -4984,7 +5010,8 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         if (warm)
             ecp_i_start_warm(s, c, z + c->at);
         else
-            ecp_i_start_geometric(c, s->h, k == 0 && old ? old->a : NULL, z + c->at);
+            ecp_i_start_geometric(c, s->h, old && (k == 0 || s->nearest) ? old->a : NULL,
+                                  z + c->at);
         ecp_i_pair_evaluate(c, z + c->at, s->h);
         ecp_i_set_direction(c);
         ecp_i_tangents(c);
@@ -4994,8 +5021,8 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         }
         if (warm) ecp_i_start_impulses(s, c, z + c->at);
         ecp_i_pair_evaluate(c, z + c->at, s->h);
-        if (c->ma->dynamic) ecp_i_wrench(c, c->ma, c->ra, 1);
-        if (c->mb->dynamic) ecp_i_wrench(c, c->mb, c->rb, -1);
+        if (c->ma->dynamic) ecp_i_wrench(c, c->ma, warm ? c->ra : none, 1);
+        if (c->mb->dynamic) ecp_i_wrench(c, c->mb, warm ? c->rb : none, -1);
     }
     for (i = 0; k == 0 && i < s->body_count; i++) {
         const ecp_i_motion *m = s->motions + s->bodies[i];
@@ -5015,7 +5042,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
 static void ecp_i_island_repair(void *self, ecp_real *z)
 {
     ecp_i_island *s = (ecp_i_island *)self;
-    ecp_real dv[6], impulses[4];
+    ecp_real dv[6], impulses[4], a[3];
     int i, k;
     for (i = 0; i < s->body_count; i++) {
         ecp_i_motion *m = s->motions + s->bodies[i];
@@ -5026,7 +5053,8 @@ static void ecp_i_island_repair(void *self, ecp_real *z)
         ecp_i_pair *c = s->pairs[i];
         ecp_real *p = z + c->at + ecp_i_at_p(c);
         for (k = 0; k <= c->nf; k++) impulses[k] = p[k];
-        ecp_i_start_geometric(c, s->h, NULL, z + c->at);
+        ecp_i_scale(c->L, z + c->at, a);
+        ecp_i_start_geometric(c, s->h, s->nearest ? a : NULL, z + c->at);
         for (k = 0; k <= c->nf; k++) p[k] = impulses[k];
     }
 }
@@ -5165,7 +5193,8 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     s.arena = &step->arena;
     s.h = step->h;
     s.world = step->w;
-    s.noise = step->o->tolerance / (2 * ECP_I_CONTENT);
+    s.nearest = step->o->rule == ECP_NEAREST;
+    s.noise = ecp_i_content(step->o->tolerance) / 2;
     for (i = 0; i < step->w->bodies; i++) {
         if (s.motions[i].island != label) continue;
         s.motions[i].at = 6 * s.body_count;

@@ -1047,6 +1047,13 @@ static void test_advance_energy(ecp_world *world, int body, double h)
     CHECK(after <= bound + test_by(1e-9, 1e-3) * (1 + fabs(energy)));
 }
 
+/* `count` numbers in [-1, 1]; as arguments of one call they would come in the compiler's order */
+static void test_randoms(int count, double *out)
+{
+    int k;
+    for (k = 0; k < count; k++) out[k] = test_random();
+}
+
 static void test_step_drops(void)
 {
     int kind, frictional, k;
@@ -1055,14 +1062,12 @@ static void test_step_drops(void)
         for (frictional = 0; frictional < 2; frictional++) {
             ecp_material m = test_material(0.5 * frictional, 1, 1, 0.02);
             ecp_world *world = test_world(NULL);
-            double start, now, gyro, w[3];
+            double start, now, gyro, r[10];
             int body;
             test_ground(world, 0, 0, 1, &m);
-            body = test_add_primitive(world, kind, 0, 0, 0.6, test_random(), test_random(),
-                                      test_random(), 3 * test_random(), &m);
-            for (k = 0; k < 3; k++) w[k] = 4 * test_random();
-            test_set_velocity(world, body, test_random(), test_random(), test_random(), w[0], w[1],
-                              w[2]);
+            test_randoms(10, r);
+            body = test_add_primitive(world, kind, 0, 0, 0.6, r[0], r[1], r[2], 3 * r[3], &m);
+            test_set_velocity(world, body, r[4], r[5], r[6], 4 * r[7], 4 * r[8], 4 * r[9]);
             start = test_energy(world, body, &gyro);
             for (k = 0; k < 200; k++) test_advance_energy(world, body, 0.01);
             now = test_energy(world, body, &gyro);
@@ -1082,16 +1087,16 @@ static void test_step_drops_on_box(void)
         ecp_world_desc d = ecp_world_desc_default();
         ecp_world *world;
         ecp_shape top = test_box_shape(0.4, 0.4, 0.2);
+        double r[11];
         int body;
         d.max_inequalities = 16;
         world = test_world(&d);
         test_ground(world, 0, 0, 1, &m);
         test_attach(world, 0, &top, 0, 0, 0, &m);
-        body =
-            test_add_primitive(world, kind, 0.2 * test_random(), 0.2 * test_random(), 0.7,
-                               test_random(), test_random(), test_random(), 3 * test_random(), &m);
-        test_set_velocity(world, body, test_random(), test_random(), 0, 2 * test_random(),
-                          2 * test_random(), 2 * test_random());
+        test_randoms(11, r);
+        body = test_add_primitive(world, kind, 0.2 * r[0], 0.2 * r[1], 0.7, r[2], r[3], r[4],
+                                  3 * r[5], &m);
+        test_set_velocity(world, body, r[6], r[7], 0, 2 * r[8], 2 * r[9], 2 * r[10]);
         for (k = 0; k < 150; k++) test_advance(world, 0.01, NULL);
         free(world);
     }

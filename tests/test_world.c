@@ -556,8 +556,8 @@ static void world_test_bad_loads(void)
     world_free(&f);
 }
 
-/* without gravity or contacts: m dv = h F + J, I dw = h (T + r x F) + L + s x J, by a loop over
-   components written here. `inertia`: world axes. */
+/* without gravity or contacts: m dv = h F + J, I dw = h (T + r x F - w x I w) + L + s x J, by a loop
+   over components written here; inertia in world axes, everything at the beginning of the step */
 static void world_test_loads(void)
 {
     int round, k, i;
@@ -568,7 +568,7 @@ static void world_test_loads(void)
         ecp_world *w;
         ecp_real F[3], T[3], J[3], L[3], r[3], s[3], h = ECP_R(0.05), v[3] = {0}, omega[3] = {0},
                                                      R[9], I[9], q[4];
-        double moment[3], got;
+        double moment[3], spin[3], got;
         memset(desc.gravity, 0, sizeof desc.gravity);
         w = test_world(&desc);
         for (k = 0; k < 4; k++) q[k] = d.rotation[k] = ECP_R(test_random());
@@ -580,6 +580,8 @@ static void world_test_loads(void)
             r[k] = ECP_R(test_random());
             s[k] = ECP_R(test_random());
             d.position[k] = ECP_R(2 * test_random());
+            d.velocity[k] = ECP_R(test_random());
+            d.angular_velocity[k] = ECP_R(3 * test_random());
         }
         d.mass = ECP_R(2.5);
         d.inertia[0] = ECP_R(0.8);
@@ -605,16 +607,23 @@ static void world_test_loads(void)
         ecp_quat_to_matrix(q, R);
         ecp_i_congruence(R, d.inertia, I);
         for (k = 0; k < 3; k++) {
+            for (i = 0, spin[k] = 0; i < 3; i++) {
+                spin[k] += (double)I[3 * k + i] * (double)d.angular_velocity[i];
+            }
+        }
+        for (k = 0; k < 3; k++) {
             int a = (k + 1) % 3, b = (k + 2) % 3;
             double ra = (double)r[a] - (double)d.position[a],
                    rb = (double)r[b] - (double)d.position[b];
             double sa = (double)s[a] - (double)d.position[a],
                    sb = (double)s[b] - (double)d.position[b];
-            CHECK_NEAR((double)d.mass * (double)v[k], 2 * (double)h * (double)F[k] + (double)J[k],
-                       64 * (double)ECP_I_EPSILON);
+            CHECK_NEAR((double)d.mass * ((double)v[k] - (double)d.velocity[k]),
+                       2 * (double)h * (double)F[k] + (double)J[k], 64 * (double)ECP_I_EPSILON);
             moment[k] = (double)h * ((double)T[k] + ra * (double)F[b] - rb * (double)F[a]);
             moment[k] += (double)L[k] + sa * (double)J[b] - sb * (double)J[a];
-            for (i = 0, got = 0; i < 3; i++) got += (double)I[3 * k + i] * (double)omega[i];
+            moment[k] -= (double)h * ((double)d.angular_velocity[a] * spin[b] -
+                                      (double)d.angular_velocity[b] * spin[a]);
+            for (i = 0, got = -spin[k]; i < 3; i++) got += (double)I[3 * k + i] * (double)omega[i];
             CHECK_NEAR(got, moment[k], 256 * (double)ECP_I_EPSILON);
         }
         /* once: the next step keeps the momentum. The angular one of the body at the beginning of

@@ -4057,7 +4057,7 @@ static ecp_real ecp_i_aim(ecp_real tolerance)
 
 static ecp_real ecp_i_content(ecp_real tolerance)
 {
-    return ecp_i_max(tolerance / 100, 32 * ECP_I_EPSILON);
+    return ecp_i_max(tolerance / 100, 4 * ECP_I_EPSILON);
 }
 
 /* how many of the last merits a new one may compare itself with */

@@ -2930,12 +2930,12 @@ static void ecp_i_move(ecp_i_motion *m, ecp_real h, const ecp_real dv[6])
 /* what M^-1 makes of an impulse (linear, angular) */
 static void ecp_i_velocity_change(const ecp_i_motion *m, const ecp_real impulse[6], ecp_real dv[6])
 {
-    ecp_real I[9];
-    ECPSIM_MEMCPY(I, m->inertia, sizeof I);
+    ecp_real L[9];
+    ECPSIM_MEMCPY(L, m->inertia, sizeof L);
     ecp_i_scale(1 / m->body->mass, impulse, dv);
     ecp_i_copy3(impulse + 3, dv + 3);
-    ecp_chol_factor(3, I, 3);
-    ecp_chol_solve(3, I, 3, dv + 3);
+    ecp_chol_factor(3, L, 3);
+    ecp_chol_solve(3, L, 3, dv + 3);
 }
 
 /* p_app: weight, forces and impulses; p_vp: the gyroscopic moment -h w x I w, at the beginning */
@@ -3160,7 +3160,7 @@ static void ecp_i_pair_evaluate(ecp_i_pair *c, const ecp_real *y, ecp_real h)
     ecp_i_projection(c);
 }
 
-/* moment impulse on A about the normal, and the whole moment about a point r away from a */
+/* the moment impulse on A about the normal */
 static ecp_real ecp_i_torsion(const ecp_i_pair *c)
 {
     return c->nf == 3 ? c->e[2] * c->P * c->p[3] : ECP_R(0);
@@ -3402,23 +3402,6 @@ enum { ECP_I_GEOMETRY = 1, ECP_I_IMPULSE = 2 };
 /* how much dearer moving an ECP by L is than changing an impulse by its unit */
 #define ECP_I_ECP_WEIGHT ECP_R(100.0)
 
-static void ecp_i_change_ecp(const ecp_i_pair *c, const ecp_real da[3], ecp_i_change *t)
-{
-    ecp_real dr[3], dcone[3], turned[3];
-    ecp_i_mul(c->Qa, da, dr);
-    ecp_i_scale(c->L, dr, dr);
-    ecp_i_axpy(t->ra, 1, dr, t->ra);
-    ecp_i_axpy(t->rb, 1, dr, t->rb);
-    ecp_i_add_cross(c->spin, dr, t->v);
-    ecp_i_mul(c->Ha, da, dcone);
-    if (c->plane) {
-        ecp_i_axpy(t->rows, 1, dcone, t->rows);
-    } else {
-        ecp_i_mul(c->Qa, dcone, turned);
-        ecp_i_axpy(t->n, 1, turned, t->n);
-    }
-}
-
 /* a change of the cone sum l_i grad f_i, in the frame of A */
 static void ecp_i_change_cone(const ecp_i_pair *c, const ecp_real dcone[3], ecp_i_change *t)
 {
@@ -3429,6 +3412,18 @@ static void ecp_i_change_cone(const ecp_i_pair *c, const ecp_real dcone[3], ecp_
         ecp_i_mul(c->Qa, dcone, turned);
         ecp_i_axpy(t->n, 1, turned, t->n);
     }
+}
+
+static void ecp_i_change_ecp(const ecp_i_pair *c, const ecp_real da[3], ecp_i_change *t)
+{
+    ecp_real dr[3], dcone[3];
+    ecp_i_mul(c->Qa, da, dr);
+    ecp_i_scale(c->L, dr, dr);
+    ecp_i_axpy(t->ra, 1, dr, t->ra);
+    ecp_i_axpy(t->rb, 1, dr, t->rb);
+    ecp_i_add_cross(c->spin, dr, t->v);
+    ecp_i_mul(c->Ha, da, dcone);
+    ecp_i_change_cone(c, dcone, t);
 }
 
 /* dv: a scaled velocity change of one of the two bodies */
@@ -4314,7 +4309,7 @@ static void ecp_i_farthest(const ecp_i_posed *p, const ecp_real n[3], ecp_real f
     ecp_i_copy3(n, unit);
     ecp_i_normalise(unit);
     ecp_i_mul_t(p->Q, unit, local);
-    p->shape->cls->support(&p->shape[0], local, flat, at);
+    p->shape->cls->support(p->shape, local, flat, at);
     ecp_i_mul(p->Q, at, out);
     ecp_i_axpy(out, 1, p->x, out);
 }
@@ -5407,7 +5402,7 @@ ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
 {
     const ecp_i_part *parts;
     ecp_i_patch *list, *p;
-    ecp_real x[3], R[9], rel[3];
+    ecp_real x[3] = {0, 0, 0}, R[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, rel[3];
     int i, at = 0, lo = shape_a < shape_b ? shape_a : shape_b,
            hi = shape_a < shape_b ? shape_b : shape_a;
     if (!world || !point) return ECP_BAD_POINTER;

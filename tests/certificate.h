@@ -87,10 +87,10 @@ static double certificate_pair(const ecp_world *w, int i, int j)
 static double certificate(const ecp_world *w)
 {
     double least = 1e300;
-    int i, j, body_i, body_j;
+    int i, j, body_i = 0, body_j = 0;
     for (i = 0; i < ecp_world_shape_count(w); i++) {
         for (j = i + 1; j < ecp_world_shape_count(w); j++) {
-            const ecp_shape *a, *b;
+            const ecp_shape *a = NULL, *b = NULL;
             ecp_shape_get(w, i, &a, &body_i, NULL, NULL);
             ecp_shape_get(w, j, &b, &body_j, NULL, NULL);
             if (body_i == body_j || (a->kind == ECP_HALF_SPACE && b->kind == ECP_HALF_SPACE)) continue;

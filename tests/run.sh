@@ -47,6 +47,10 @@ for cxx in g++ clang++; do
 done
 [ -n "$c_compilers" ] || c_compilers=" cc"
 
+contract=-ffp-contract=off
+echo 'int main(void) { return 0; }' >"$out/empty.c"
+${c_compilers##* } $contract "$out/empty.c" -o "$out/empty" 2>/dev/null || contract=
+
 # ---- the builds: one line each, `compiler flags`. -O2 without asserts, as a user would ship it
 
 for cc in $c_compilers; do
@@ -74,7 +78,7 @@ run_build() {
     flags=$(sed -n "$1p" "$out/builds")
     log=$out/$1.log
     # shellcheck disable=SC2086
-    if ! $flags $warn tests/main.c -o "$out/$1" -lm >"$log" 2>&1; then
+    if ! $flags $contract $warn tests/main.c -o "$out/$1" -lm >"$log" 2>&1; then
         echo "0 passed, 1 failed" >"$out/$1.sum"
         head -n 20 "$log"
         echo "not built: $flags"
@@ -118,6 +122,16 @@ while [ $n -le "$builds" ]; do
     fi
     n=$((n + 1))
 done
+
+# ---- the same bits from every build (compilers that contract a * b + c are told not to)
+
+same_bits() { [ "$(grep -h "^bits of $1" "$out"/*.log | sort -u | wc -l)" -eq 1 ]; }
+
+if [ -z "$filter" ]; then
+    check 'the same bits in double' same_bits double
+    check 'the same bits in float' same_bits float
+    grep -h '^bits of' "$out"/*.log | sort | uniq -c | sed 's/^/builds with /'
+fi
 
 # ---- how the header may be included and linked
 

@@ -98,7 +98,7 @@ static void test_set_pose(ecp_world *world, int body, double x, double y, double
 /* a force at the point `height` above the body's centre of mass, for the next step */
 static void test_push(ecp_world *world, int body, double fx, double fy, double fz, double height)
 {
-    ecp_real f[3], x[3];
+    ecp_real f[3], x[3] = {0, 0, 0};
     f[0] = (ecp_real)fx;
     f[1] = (ecp_real)fy;
     f[2] = (ecp_real)fz;
@@ -224,11 +224,11 @@ static double test_search_bound(const ecp_world *world, int i, int j, double bes
 static double test_least_gap(const ecp_world *world)
 {
     double least = certificate(world), gap;
-    int i, j, a, b;
+    int i, j, a = 0, b = 0;
     if (least >= 0) return least;
     for (i = 0, least = 0; i < ecp_world_shape_count(world); i++) {
         for (j = i + 1; j < ecp_world_shape_count(world); j++) {
-            const ecp_shape *s, *t;
+            const ecp_shape *s = NULL, *t = NULL;
             ecp_shape_get(world, i, &s, &a, NULL, NULL);
             ecp_shape_get(world, j, &t, &b, NULL, NULL);
             if (a == b || (s->kind == ECP_HALF_SPACE && t->kind == ECP_HALF_SPACE)) continue;

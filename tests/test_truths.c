@@ -562,7 +562,7 @@ static void test_truth_5_fall(void)
 /* when a block that stands on its edge at half its balance angle falls flat, by h */
 static double truth_rock_time(double h)
 {
-    double b = 0.1, H = 0.3, al = atan(b / H), R = sqrt(b * b + H * H), th = al / 2, t = 0, w;
+    double b = 0.1, H = 0.3, al = atan(b / H), R = sqrt(b * b + H * H), th = al / 2, t = 0, w = 1;
     ecp_material m = test_material(1, 1, 1, 0.1);
     ecp_world *world = test_world(NULL);
     int body;

@@ -3692,6 +3692,12 @@ typedef struct ecp_i_front {
     int *piv_c, *piv_b, *ints;      /* n, n, 2 n */
 } ecp_i_front;
 
+/* Constraints on the velocities that differ by less than this count as one. Two contacts that stick
+   constrain a rigid body's stretch between them twice; at the end of the step the two are the same,
+   but their derivatives differ by the turn within it, about h w. Taken as two they call for internal
+   forces of 1 / (h w) times the load, and Newton's step is lost. */
+#define ECP_I_SAME_CONSTRAINT ECP_R(1e-4)
+
 /* C and B^T by QR with column pivoting, the forces forward-eliminated from the momentum rows, and
    the first rank_c velocities from the others:
      C P = Q R                 v1 = c - R v2, with R := R11^-1 R12 and c := R11^-1 Q^T c in place
@@ -3708,7 +3714,7 @@ static void ecp_i_front_factor(ecp_i_front *f, int *rank_c, int *rank_b)
         if (size > 0) f->c[i] /= size;
         for (j = 0; j < n; j++) f->Bt[n * i + j] /= f->weight[i];
     }
-    *rank_c = ecp_qr_factor(K, n, f->C, n, f->tau_c, f->piv_c, tolerance);
+    *rank_c = ecp_qr_factor(K, n, f->C, n, f->tau_c, f->piv_c, ECP_I_SAME_CONSTRAINT);
     ecp_qr_apply_qt(K, *rank_c, f->C, n, f->tau_c, f->c);
     *rank_b = ecp_qr_factor(K, n, f->Bt, n, f->tau_b, f->piv_b, tolerance);
     for (i = 0; i < n; i++) {
@@ -5054,21 +5060,25 @@ static void ecp_i_island_repair(void *self, ecp_real *z)
     }
 }
 
-/* keeps a centring step inside the patches: the largest of 1, 1/2, 1/4, .. for which no ECP leaves
-   its primitive sideways */
+/* keeps a centring step among the solutions: the largest of 1, 1/2, 1/4, .. for which no ECP leaves
+   its primitive sideways, cut where a normal impulse would turn negative */
 static ecp_real ecp_i_centring_length(const ecp_i_island *s, const ecp_real *z, const ecp_real *dz)
 {
-    ecp_real t = 1, a[3], slack;
+    ecp_real t = 1, most = 1, a[3], slack;
     int i, j, k, inside;
+    for (i = 0; i < s->pair_count; i++) {
+        int at = s->pairs[i]->at + ecp_i_at_p(s->pairs[i]);
+        if (z[at] > 0 && z[at] + most * dz[at] < 0) most = -z[at] / dz[at];
+    }
     for (; t > ECP_R(1e-3); t /= 2) {
         for (i = 0, inside = 1; i < s->pair_count; i++) {
             ecp_i_pair *c = s->pairs[i];
             slack = ecp_i_sqrt(ECP_I_EPSILON) * c->L;
-            for (k = 0; k < 3; k++) a[k] = c->L * (z[c->at + k] + t * dz[c->at + k]);
+            for (k = 0; k < 3; k++) a[k] = c->L * (z[c->at + k] + t * most * dz[c->at + k]);
             c->a->shape.cls->eval(&c->a->shape, a, c->fa, c->ga);
             for (j = 0; j < c->nl; j++) inside &= c->fa[j] <= slack || z[c->at + 3 + j] > slack;
         }
-        if (inside) return t;
+        if (inside) return t * most;
     }
     return 0;
 }

@@ -76,8 +76,9 @@
 
    OPTIONS
    ecp_step() takes ecp_options or NULL. `rule` chooses among the many solutions that a body on two
-   or more patches has: ECP_CENTRED (the default) is a function of the state alone, ECP_NEAREST
-   stays near the last step's, or near ecp_guess_ecp(). `tolerance` bounds the residual in scaled
+   or more patches has: ECP_CENTRED (the default) is a function of the state alone where
+   ecp_report.centred says that it was reached, ECP_NEAREST stays near the last step's, or near
+   ecp_guess_ecp(). `tolerance` bounds the residual in scaled
    units, `max_iterations` and `fallbacks` the work. Compile-time macros, to be defined alike before
    every inclusion:
 
@@ -107,7 +108,8 @@
    DETERMINISM
    A step uses + - * / and sqrt in a fixed order, so a world is a function of its calls, bit for
    bit, on one compiler and machine. Compile with -ffp-contract=off, without -ffast-math, for bits
-   that do not depend on the compiler; `make test` compares them between the compilers it finds.
+   that do not depend on the compiler; `make test` compares 200 steps of Example 2, in double and in
+   float, between all its builds.
 
    LIMITS
    First order in h, like every time-stepping scheme of this kind; impacts do not bounce. Two thin bodies
@@ -485,7 +487,9 @@ typedef struct ecp_world_desc {
     ecp_real gravity[3];  /* m/s^2, world frame */
 } ecp_world_desc;
 
-/* 8 bodies, 32 shapes, 16 patches of up to 12 inequalities, gravity (0, 0, -9.8). */
+/* 8 bodies, 32 shapes, 16 patches of up to 12 inequalities, gravity (0, 0, -9.8): 0.6 MB in double.
+   Most of it is work memory for Newton's method over all bodies at once, about 12 max_bodies
+   max_patches (8 + max_inequalities) reals; a table on a plane, described tightly, needs 50 kB. */
 ECP_DEF ecp_world_desc ecp_world_desc_default(void);
 
 /* The bytes that ecp_world_init needs for this description, or 0 if it is out of range. */
@@ -529,7 +533,7 @@ ECP_DEF ecp_status ecp_body_add(ecp_world *world, const ecp_body_desc *desc, int
 /* Friction of a primitive's surface: the ellipsoid law (equation:friction) with the coefficient mu
    and the constants e_t, e_o (dimensionless) and e_r (a length: torsion e_r mu p_n). Between two
    primitives mu and the e are the geometric means. Where e_t differs from e_o, e_t holds along
-   `direction`, a vector of the primitive's frame projected on the contact plane; the primitive that
+   `direction` (without one: along some axis of the world), a vector of the primitive's frame projected on the contact plane; the primitive that
    has a direction (not zero) gives it, the first-added one if both have. It is taken where the
    step begins. */
 typedef struct ecp_material {
@@ -578,7 +582,8 @@ ECP_DEF ecp_status ecp_shape_get(const ecp_world *world, int shape_index, const 
 /* With two or more patches on a body the equations have many solutions (docs/model.md); the rule
    says which one is taken. */
 typedef enum ecp_rule {
-    ECP_CENTRED, /* the ECPs nearest to the centres of their primitives, then the least impulses */
+    ECP_CENTRED, /* the ECPs nearest to the centres of their primitives, then the least impulses;
+                    ecp_report.centred says whether that was reached */
     ECP_NEAREST  /* the one Newton reaches from the guess, the last step's solution */
 } ecp_rule;
 
@@ -604,18 +609,19 @@ ECP_DEF ecp_options ecp_options_default(void);
 /* What a step did. */
 typedef struct ecp_report {
     ecp_status status;
-    int unknowns;               /* scalar unknowns of the step's problem, all islands */
-    int patches_kept;           /* pairs of primitives in the problem */
-    int patches_left_out;       /* pairs that cannot touch within the step */
-    int islands;                /* groups of bodies that touch, each solved by itself */
-    int iterations;             /* Newton iterations, all attempts */
-    int centring_rounds;        /* of the rule ECP_CENTRED */
-    int evaluations;            /* residual evaluations, of an island each */
-    int fallbacks;              /* ECP_FALLBACK_... that were used, or-ed */
+    int unknowns;         /* scalar unknowns of the step's problem, all islands */
+    int patches_kept;     /* pairs of primitives in the problem */
+    int patches_left_out; /* pairs that cannot touch within the step */
+    int islands;          /* groups of bodies that touch, each solved by itself */
+    int iterations;       /* Newton iterations, all attempts */
+    int centring_rounds;  /* of the rule ECP_CENTRED */
+    int centred;          /* 1: the rule reached its solution in every island that needed it */
+    int evaluations;      /* residual evaluations, of an island each */
+    int fallbacks;        /* ECP_FALLBACK_... that were used, or-ed */
     int body, shape_a, shape_b; /* if status is not ECP_OK: where, or -1 */
     ecp_real value, limit;     /* if status is not ECP_OK: the value met and the one it must meet */
     ecp_real merit;            /* |F|^2 / 2 of the scaled residual, summed over the islands */
-    ecp_real natural_residual; /* max |F_i| */
+    ecp_real natural_residual; /* max |F_i|, rounding floors included */
     ecp_real worst_gap;        /* the least separation of a patch, m; below zero: penetration */
     ecp_real worst_cone;   /* max of |y| - mu p_n over the patches, N s; y as in docs/model.md */
     ecp_real largest_turn; /* max of h |w| over the bodies, rad. A step that turns a body by
@@ -632,7 +638,8 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
                             ecp_report *report);
 
 /* Sets the guess for the equivalent contact point of a pair of primitives in the next step: a world
-   point, kept in the frame of shape_a. It matters for the rule ECP_NEAREST. */
+   point, kept in the frame of the primitive that the contact report calls A. It matters for the rule
+   ECP_NEAREST, takes the place of the pair's last solution, and uses one of max_patches. */
 ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
                                  const ecp_real point[3]);
 
@@ -706,6 +713,8 @@ typedef struct ecp_mcp_report {
     ecp_real merit;
 } ecp_mcp_report;
 
+/* The bytes that ecp_mcp_solve needs for n equations and m complementarities, or 0 if either is
+   negative or above 10,000, or both are zero. */
 ECP_DEF size_t ecp_mcp_memsize(int n, int m);
 
 /* Solves the problem from the start in z, and leaves the solution there. options (tolerance: of the
@@ -3009,6 +3018,7 @@ typedef struct ecp_i_pair {
     ecp_real z[3], radius, z_norm; /* argument of the projection, mu p_n, |z| */
     ecp_real outer;                /* max(|z|, radius), by which the projection divides */
     ecp_real tau;                  /* smoothing of the complementarity rows */
+    ecp_real kink;                 /* how near to its kink a row may be treated as on either side */
 
     /* the Newton block (see elimination) */
     ecp_real *block;
@@ -3311,6 +3321,11 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_change *t, ecp_real h,
         row = ecp_i_pair_column(c, t, column);
     }
     ecp_i_fb(c->p[0], c->d / (h * c->V), c->tau, &da, &db);
+    if (ecp_i_abs(c->p[0]) < c->kink && ecp_i_abs(c->d) < c->kink * h * c->V) {
+        /* centring: a contact that touches without a load may take one */
+        da = 0;
+        db = 1;
+    }
     column[ld * row++] = da * t->p[0] + db * d / (h * c->V);
     ecp_i_scale(c->P * t->p[0], c->N, dF);
     ecp_i_axpy(dF, c->P * c->p[0], dN, dF);
@@ -3535,22 +3550,22 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
                              int centring)
 {
     ecp_real a[3], b[3], shift_a[3], shift_b[3] = {0, 0, 0}, da[3], *rhs;
-    ecp_real kink = centring ? ecp_i_sqrt(ECP_I_EPSILON) : ECP_R(0);
     ecp_i_change t;
     int i, k, rows, row, bodies = c->ma->dynamic + c->mb->dynamic;
+    c->kink = centring ? ecp_i_sqrt(ECP_I_EPSILON) : ECP_R(0);
     ecp_i_scale(c->L, y, a);
     ecp_i_hessian(&c->a->shape, a, y + 3, c->L, c->Ha);
     c->n_noise = ecp_i_normal_noise(c->Ha, y);
-    c->kl = ecp_i_condense(c->nl, y + 3, c->fa, c->ga, c->L, c->tau, kink, c->fixed_a, c->slope_a,
-                           c->active_a, c->Ha, shift_a);
+    c->kl = ecp_i_condense(c->nl, y + 3, c->fa, c->ga, c->L, c->tau, c->kink, c->fixed_a,
+                           c->slope_a, c->active_a, c->Ha, shift_a);
     c->km = 0;
     if (!c->plane) {
         const ecp_real *m = y + ecp_i_at_m(c);
         ecp_i_hessian(&c->b->shape, c->b_local, m, c->L, c->Hb);
         ecp_i_scale(1 / c->L, c->b_local, b);
         c->n_noise += ecp_i_normal_noise(c->Hb, b);
-        c->km = ecp_i_condense(c->nm, m, c->fb, c->gb, c->L, c->tau, kink, c->fixed_b, c->slope_b,
-                               c->active_b, c->Hb, shift_b);
+        c->km = ecp_i_condense(c->nm, m, c->fb, c->gb, c->L, c->tau, c->kink, c->fixed_b,
+                               c->slope_b, c->active_b, c->Hb, shift_b);
     }
     c->ny = 4 + c->kl + c->nf + (c->plane ? 0 : 1 + c->km);
     rows = c->ny + 6 * bodies;
@@ -5084,9 +5099,10 @@ static ecp_real ecp_i_centring_length(const ecp_i_island *s, const ecp_real *z, 
 }
 
 /* The rule ECP_CENTRED. From a solution z: the step that stays on the solutions to first order and
-   ends nearest to the centres, then Newton back on to them, until nothing moves. */
-static void ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_step *step,
-                         ecp_real *z, ecp_real *best, ecp_i_effort *effort)
+   ends nearest to the centres, then Newton back on to them, until nothing moves. Returns 0 where
+   that is not reached: an ECP or an impulse at its limit is in the way. */
+static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_step *step,
+                        ecp_real *z, ecp_real *best, ecp_i_effort *effort)
 {
     ecp_real size, t;
     int round, i, k;
@@ -5095,7 +5111,7 @@ static void ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_st
         s->centring = 1;
         i = p->step(s, z, p->F, p->dz);
         s->centring = 0;
-        if (!i) return;
+        if (!i) return 0;
         step->r->centring_rounds++;
         for (i = 0, size = 0; i < s->pair_count; i++) {
             const ecp_i_pair *c = s->pairs[i];
@@ -5104,13 +5120,15 @@ static void ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_st
         t = ecp_i_centring_length(s, z, p->dz);
         for (i = 0; i < p->n; i++) z[i] += t * p->dz[i];
         if (ecp_i_newton(p, 0, step->o->tolerance, 10, 0, z, effort)) {
-            if (size <= ecp_i_sqrt(step->o->tolerance) / 10 || !(t > 0)) return;
+            if (size <= ecp_i_sqrt(step->o->tolerance) / 10) return 1;
+            if (!(t > 0)) return 0;
             continue;
         }
         ECPSIM_MEMCPY(z, best, (size_t)p->n * sizeof(ecp_real));
         p->residual(s, z, 0, p->F);
-        return;
+        return 0;
     }
+    return 0;
 }
 
 /* the contact record of a patch at its last evaluation, and its separation */
@@ -5190,7 +5208,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     ecp_i_effort effort = {0, 0, 0};
     ecp_real *vectors[5], *z, *best, error;
     size_t mark = step->arena.used;
-    int i, solved;
+    int i, solved, centred = 1;
     ECPSIM_MEMSET(&s, 0, sizeof s);
     s.motions = step->motions;
     s.bodies = step->bodies;
@@ -5230,7 +5248,8 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     ecp_i_island_units(&s);
     solved = ecp_i_solve(&p, step->o, z, &effort);
     if (solved && step->o->rule == ECP_CENTRED && (s.many || s.uncentred)) {
-        ecp_i_centre(&s, &p, step, z, best, &effort);
+        centred = ecp_i_centre(&s, &p, step, z, best, &effort);
+        step->r->centred &= centred;
     }
     error = solved ? 0 : p.residual(&s, z, 0, p.F);
     step->r->islands++;
@@ -5251,6 +5270,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
         int at = (int)(c - step->pairs);
         ecp_i_record(c, z + c->at, s.h, step->o, step->records + at,
                      step->multipliers + at * step->w->desc.max_inequalities);
+        step->records[at].centred &= centred;
         step->r->worst_cone = ecp_i_max(step->r->worst_cone, ecp_i_cone_violation(c));
     }
     step->arena.used = mark;
@@ -5267,6 +5287,7 @@ static ecp_status ecp_i_solve_all(ecp_i_step *s)
         extras = s->extras;
         s->arena.used = mark;
         s->r->unknowns = s->r->islands = 0;
+        s->r->centred = s->o->rule == ECP_CENTRED;
         s->r->worst_cone = s->r->merit = s->r->natural_residual = 0;
         for (i = 0; i < s->w->bodies; i++) {
             if (s->motions[i].dynamic) ecp_i_move(s->motions + i, s->h, s->motions[i].free);

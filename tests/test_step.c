@@ -1159,8 +1159,81 @@ static void test_step_weightless(void)
     free(world);
 }
 
+/* A box and a capsule in one body come to rest on two points that stick: the line between the two
+   is constrained twice, with derivatives that differ by the turn of the step (see
+   ECP_I_SAME_CONSTRAINT). All steps are solved, in spite of it. */
+static void test_step_joined(void)
+{
+    ecp_material m = ecp_material_default();
+    ecp_body_desc b = ecp_body_desc_default();
+    ecp_real half[3] = {ECP_R(0.1), ECP_R(0.02), ECP_R(0.02)};
+    ecp_real at[3] = {ECP_R(0.1), ECP_R(0.05), 0},
+             turn[4] = {1, ECP_R(0.2), ECP_R(0.3), ECP_R(0.1)};
+    ecp_real at2[3] = {ECP_R(-0.1), 0, ECP_R(0.05)}, turn2[4] = {2, 0, 1, 0};
+    ecp_world_desc d = ecp_world_desc_default();
+    ecp_world *world;
+    ecp_shape shape;
+    int body, k;
+    d.max_inequalities = 14;
+    world = test_world(&d);
+    test_ground(world, 0, 0, 1, &m);
+    for (k = 0; k < 9; k += 4) b.inertia[k] = ECP_R(0.02);
+    b.position[2] = ECP_R(0.6);
+    b.angular_velocity[0] = 3;
+    CHECK(ecp_body_add(world, &b, &body) == ECP_OK);
+    CHECK(ecp_shape_box(&shape, half) == ECP_OK);
+    CHECK(ecp_body_add_shape(world, body, &shape, at, turn, &m, NULL) == ECP_OK);
+    CHECK(ecp_shape_capsule(&shape, ECP_R(0.03), ECP_R(0.1)) == ECP_OK);
+    CHECK(ecp_body_add_shape(world, body, &shape, at2, turn2, &m, NULL) == ECP_OK);
+    for (k = 0; k < (sizeof(ecp_real) == 8 ? 90 : 30); k++) test_advance(world, 0.01, NULL);
+    free(world);
+}
+
+/* The rule nearest: three legs that can carry the weight at the guessed points do so; the ECPs stay
+   where they were guessed, and only the impulses adapt. */
+static void test_step_guess_stays(void)
+{
+    double leg[3][2] = {{-0.26, -0.15}, {0.26, -0.15}, {0, 0.3}}, gx, gy;
+    ecp_material m = test_material(0.12, 1, 1, 1);
+    ecp_options o = ecp_options_default();
+    ecp_shape shape;
+    int i;
+    o.rule = ECP_NEAREST;
+    CHECK(ecp_shape_cylinder(&shape, ECP_R(0.1), ECP_R(0.2)) == ECP_OK);
+    for (gx = -0.06; gx < 0.07; gx += 0.04) {
+        for (gy = -0.06; gy < 0.07; gy += 0.04) {
+            ecp_world *world = test_world(NULL);
+            int body;
+            test_ground(world, 0, 0, 1, &m);
+            body = test_body(world, ECP_DYNAMIC, 5, 0.3327, 0.3327, 0.4458, 0, 0, 0.3);
+            test_set_velocity(world, body, 0, 1, 0, 0, 0, 0);
+            for (i = 0; i < 3; i++) {
+                ecp_real guess[3] = {0, 0, 0};
+                test_attach(world, body, &shape, leg[i][0], leg[i][1], -0.1, &m);
+                guess[0] = (ecp_real)(leg[i][0] + gx);
+                guess[1] = (ecp_real)(leg[i][1] + gy);
+                CHECK(ecp_guess_ecp(world, i + 1, 0, guess) == ECP_OK);
+            }
+            test_advance(world, 0.01, &o);
+            for (i = 0; i < 3; i++) {
+                ecp_contact c;
+                CHECK(ecp_contact_get(world, i, &c) == ECP_OK);
+                /* moving an ECP counts 1e4 times dearer (in squares) than changing an impulse, whose
+                   scaled change is about 0.03 here: it moves by some 1e-6 of the size at most */
+                CHECK_NEAR(c.point_a[0], leg[i][0] + gx, test_by(1e-6, 1e-5));
+                CHECK_NEAR((double)c.point_a[1] - (double)test_get(world, body).x[1],
+                           leg[i][1] + gy, test_by(1e-6, 1e-5));
+                CHECK(c.p_n > 0);
+            }
+            free(world);
+        }
+    }
+}
+
 static void test_step(void)
 {
+    test_step_joined();
+    test_step_guess_stays();
     test_step_report();
     test_step_failure();
     test_step_bits();

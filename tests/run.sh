@@ -130,6 +130,7 @@ same_bits() { [ "$(grep -h "^bits of $1" "$out"/*.log | sort -u | wc -l)" -eq 1 
 if [ -z "$filter" ]; then
     check 'the same bits in double' same_bits double
     check 'the same bits in float' same_bits float
+    grep -h '^T7 in' "$out"/*.log | sort -u
     grep -h '^bits of' "$out"/*.log | sort | uniq -c | sed 's/^/builds with /'
 fi
 

@@ -533,9 +533,9 @@ ECP_DEF ecp_status ecp_body_add(ecp_world *world, const ecp_body_desc *desc, int
 /* Friction of a primitive's surface: the ellipsoid law (equation:friction) with the coefficient mu
    and the constants e_t, e_o (dimensionless) and e_r (a length: torsion e_r mu p_n). Between two
    primitives mu and the e are the geometric means. Where e_t differs from e_o, e_t holds along
-   `direction` (without one: along some axis of the world), a vector of the primitive's frame projected on the contact plane; the primitive that
-   has a direction (not zero) gives it, the first-added one if both have. It is taken where the
-   step begins. */
+   `direction`, a vector of the primitive's frame projected on the contact plane (without one: along
+   some axis of the world); the primitive that has a direction (not zero) gives it, the first-added
+   one if both have. It is taken where the step begins. */
 typedef struct ecp_material {
     ecp_real mu;
     ecp_real e_t, e_o, e_r;
@@ -4487,7 +4487,7 @@ static ecp_real ecp_i_plane_gap(const ecp_i_posed *A, const ecp_i_posed *B, ecp_
 
 /* Nearest points and normal of a pair, wherever it is: apart at the end of the predicted motion, or
    else at the beginning of the step, or else moved apart along the line of the centres until it is
-   (points that touch have no direction between them). Returns the shift that this took. */
+   (points that touch have no direction between them). */
 static void ecp_i_pair_nearest(const ecp_i_pair *c, ecp_real at_a[3], ecp_real at_b[3],
                                ecp_real n[3])
 {
@@ -5710,8 +5710,9 @@ ECP_DEF ecp_status ecp_printed_residual(const ecp_world *before, const ecp_world
     return ECP_OK;
 }
 
-/* >>translation: the closed form. With N = max(0, -n.J - m n.v) for the sum of the normal impulses and T = (m v + J) without its
-   normal part, friction is -e mu N T / |T| while |T| > e mu N (slip), else -T (stick). */
+/* >>translation: the closed form. With N = max(0, -n.J - m n.v) for the sum of the normal impulses
+   and T = (m v + J) without its normal part, friction is -e mu N T / |T| while |T| > e mu N (slip),
+   else -T (stick). */
 ECP_DEF ecp_mode ecp_translation_step(ecp_real mass, const ecp_real normal[3], ecp_real mu,
                                       ecp_real e, const ecp_real J[3], const ecp_real v[3],
                                       ecp_real v_out[3], ecp_real impulse[3])

@@ -485,6 +485,7 @@ typedef struct ecp_world_desc {
     int max_patches;      /* pairs of primitives near enough to touch within one step */
     int max_inequalities; /* of the two primitives of one patch together; a box has 6 */
     ecp_real gravity[3];  /* m/s^2, world frame */
+    size_t solver_bytes;  /* work memory for the elimination; 0: ecp_world_memsize() estimates it */
 } ecp_world_desc;
 
 /* 8 bodies, 32 shapes, 16 patches of up to 12 inequalities, gravity (0, 0, -9.8): 0.6 MB in double.
@@ -1050,8 +1051,10 @@ static void ecp_i_reflect(int k, int m, const ecp_real *A, int ld, ecp_real tau,
     for (i = k + 1; i < m; i++) b[i * stride] -= dot * A[i * ld + k];
 }
 
-ECP_DEF int ecp_qr_factor(int m, int n, ecp_real *A, int ld, ecp_real *tau, int *piv,
-                          ecp_real tolerance)
+/* QR with column pivoting of the first n columns, applied to the others up to `all`; columns are
+   zero when they are no longer than the tolerance times the first one, or than the floor */
+static int ecp_i_qr(int m, int n, int all, ecp_real *A, int ld, ecp_real *tau, int *piv,
+                    ecp_real tolerance, ecp_real floor)
 {
     int steps = m < n ? m : n, i, j, k;
     ecp_real first = 0;
@@ -1067,7 +1070,7 @@ ECP_DEF int ecp_qr_factor(int m, int n, ecp_real *A, int ld, ecp_real *tau, int 
             }
         }
         if (k == 0) first = best;
-        if (!(best > tolerance * first)) return k;
+        if (!(best > ecp_i_max(tolerance * first, floor))) return k;
         if (p != k) {
             for (i = 0; i < m; i++) {
                 ecp_real t = A[i * ld + p];
@@ -1082,10 +1085,16 @@ ECP_DEF int ecp_qr_factor(int m, int n, ecp_real *A, int ld, ecp_real *tau, int 
         beta = alpha > 0 ? -best : best;
         tau[k] = (beta - alpha) / beta;
         for (i = k + 1; i < m; i++) A[i * ld + k] /= alpha - beta;
-        for (j = k + 1; j < n; j++) ecp_i_reflect(k, m, A, ld, tau[k], A + j, ld);
+        for (j = k + 1; j < all; j++) ecp_i_reflect(k, m, A, ld, tau[k], A + j, ld);
         A[k * ld + k] = beta;
     }
     return steps;
+}
+
+ECP_DEF int ecp_qr_factor(int m, int n, ecp_real *A, int ld, ecp_real *tau, int *piv,
+                          ecp_real tolerance)
+{
+    return ecp_i_qr(m, n, n, A, ld, tau, piv, tolerance, 0);
 }
 
 ECP_DEF void ecp_qr_apply_qt(int m, int rank, const ecp_real *A, int ld, const ecp_real *tau,
@@ -2527,24 +2536,61 @@ struct ecp_world {
     size_t bodies_at, parts_at, patches_at, multipliers_at, state_bytes, bytes;
 };
 
-/* Blocks are cut off one after the other; with base NULL only their sizes are added up. */
+/* Blocks are cut off one after the other, and some from the other end, the stack; with base NULL
+   only the sizes of the former are added up. */
 typedef struct ecp_i_arena {
     unsigned char *base;
-    size_t used, size, high;
+    size_t used, top, high, low, most; /* most: high-water mark of both ends together */
+    size_t size, wanted; /* wanted: how much would have done, when overflow is set */
     int overflow;
 } ecp_i_arena;
 
+static ecp_i_arena ecp_i_arena_over(void *base, size_t size)
+{
+    ecp_i_arena a;
+    a.base = (unsigned char *)base;
+    a.size = a.top = a.low = base ? size & ~(size_t)7 : (size_t)-1;
+    a.used = a.high = a.most = a.wanted = 0;
+    a.overflow = 0;
+    return a;
+}
+
+static size_t ecp_i_bytes(size_t count, size_t size)
+{
+    return count <= ((size_t)-1 - 7) / size ? (count * size + 7) & ~(size_t)7 : (size_t)-1;
+}
+
+static void ecp_i_arena_mark(ecp_i_arena *a)
+{
+    if (a->used > a->high) a->high = a->used;
+    if (a->top < a->low) a->low = a->top;
+    if (a->used + (a->size - a->top) > a->most) a->most = a->used + (a->size - a->top);
+}
+
+static void *ecp_i_out_of_memory(ecp_i_arena *a, size_t bytes)
+{
+    a->overflow = 1;
+    a->wanted = a->used + (a->size - a->top) + bytes;
+    return NULL;
+}
+
 static void *ecp_i_take(ecp_i_arena *arena, size_t count, size_t size)
 {
-    size_t at = arena->used, room = (arena->base ? arena->size : (size_t)-1) - at, bytes;
-    bytes = count <= ((size_t)-1 - 7) / size ? (count * size + 7) & ~(size_t)7 : (size_t)-1;
-    if (bytes > room) {
-        arena->overflow = 1;
-        return NULL;
-    }
+    size_t at = arena->used, bytes = ecp_i_bytes(count, size);
+    if (bytes > arena->top - at) return ecp_i_out_of_memory(arena, bytes);
     arena->used += bytes;
-    if (arena->used > arena->high) arena->high = arena->used;
+    ecp_i_arena_mark(arena);
     return arena->base ? (void *)(arena->base + at) : NULL;
+}
+
+/* rows x columns reals from the stack; what was taken before from either end stays */
+static ecp_real *ecp_i_take_stack(ecp_i_arena *arena, int rows, int columns)
+{
+    size_t bytes = ecp_i_bytes((size_t)rows * (size_t)columns, sizeof(ecp_real));
+    if (bytes > arena->top - arena->used) return (ecp_real *)ecp_i_out_of_memory(arena, bytes);
+    arena->top -= bytes;
+    ecp_i_arena_mark(arena);
+    return (ecp_real *)(void *)(arena->base + arena->top);
 }
 
 static ecp_real *ecp_i_take_reals(ecp_i_arena *arena, int rows, int columns)
@@ -2615,6 +2661,7 @@ ECP_DEF ecp_world_desc ecp_world_desc_default(void)
     d.max_patches = 16;
     d.max_inequalities = 12;
     ecp_i_set3(0, 0, ECP_R(-9.8), d.gravity);
+    d.solver_bytes = 0;
     return d;
 }
 
@@ -3026,6 +3073,8 @@ typedef struct ecp_i_pair {
     int *active_a, *active_b, *row_tag, *col_tag, *row_order, *col_order;
     int kl, km, ny, columns, pivots;
     ecp_real Ha[9], Hb[9];
+    struct ecp_i_pair *next_here; /* of the patches that are assembled at the same front */
+    const ecp_real *left;         /* the values of the unknowns passed on to it */
 } ecp_i_pair;
 
 static int ecp_i_at_d(const ecp_i_pair *c) { return 3 + c->nl; }
@@ -3692,20 +3741,164 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
     }
 }
 
-/* >>front: [M B; C 0] of an island. n velocities, K constraints and K forces left over. */
+/* >>order: in which order the bodies of an island are eliminated */
 
+/* The elimination of one body: [M B; C 0] of its six velocities, with the velocities of the bodies
+   that are eliminated later as parameters u. Columns: own velocities, u, right-hand side; rows: own
+   momentum, that of the others. What is left over goes to the parent: constraints on u, and forces
+   that act on u alone. */
 typedef struct ecp_i_front {
-    int n, K;
-    ecp_real *M, *b;                /* n x n, n */
-    ecp_real *C, *c;                /* K x n, K */
-    ecp_real *Bt, *x;               /* B^T, K x n; the forces, K */
-    ecp_real *weight;               /* K: what a unit of x costs in the least step */
-    ecp_real *work, *v;             /* n (n + 1), n: the permuted M, and the velocities */
-    ecp_real *tau_c, *tau_b;        /* n each */
-    ecp_real *square, *rhs, *least; /* n n, n, ECP_LEAST_SQUARES_WORK(n, n) */
-    ecp_real *null, *gram, *row;    /* n n, n n, n */
-    int *piv_c, *piv_b, *ints;      /* n, n, 2 n */
+    int body;                      /* its place in the island */
+    int width, *others;            /* number of velocities u, and whose they are */
+    int parent, child, next;       /* the tree of fronts: indices, or -1 */
+    ecp_i_pair *pairs;             /* patches that are assembled here, linked by next_here */
+    int constraints, forces, open; /* rows that meet here; velocities that nothing fixes */
+    int rank_c, rank_b, rank_m;    /* of the constraints, the forces, and what remains of M */
+    int rank_g;                    /* of the forces that the open velocities change */
+    int left_c, left_b;            /* passed on to the parent */
+    int piv_c[6], piv_b[6], piv_m[6], piv_g[6];
+    ecp_real *R;          /* v1 + R (v2, u) = c, rank_c rows of 7 + width */
+    ecp_real *W;          /* momentum in the order of piv_b: forces from velocities, then v2 */
+    ecp_real *G;          /* open velocities, from those and u: rows of open + width + 1 */
+    ecp_real *Bt;         /* forces + open rows of 6 + width: reflectors and R */
+    ecp_real *tau_b, *tau_l;
+    ecp_real *x;          /* the forces, in orthogonal combinations; then the open velocities */
+    ecp_real *C;          /* constraints x (7 + width), on the stack */
+    ecp_real *M;          /* (6 + width) x (7 + width), on the stack */
+    ecp_real *pass;       /* on the stack: left C, left B^T, and M of the others */
+    size_t level;         /* of the stack, before `pass` */
 } ecp_i_front;
+
+typedef struct ecp_i_tree {
+    ecp_i_front *fronts; /* in the order of elimination, children before parents */
+    int *slot;           /* of each body: its columns in the present front */
+    int *ints;           /* widest front */
+    ecp_real *v, *u;     /* velocities of all bodies; those of the others of one front */
+    size_t mark, stack;  /* where the memory of the fronts begins, and their stack */
+    int many;            /* the last solve had many solutions */
+} ecp_i_tree;
+
+/* the bodies as a graph: rows of bits, and what minimum degree keeps about them */
+typedef struct ecp_i_graph {
+    ecp_real *mass;
+    int *degree, *rank;  /* rank: when it is eliminated, or -1 */
+    ecp_i_front *fronts; /* in the order of elimination */
+    unsigned *bits;
+} ecp_i_graph;
+
+#define ECP_I_WORD ((int)sizeof(unsigned) * 8)
+
+static int ecp_i_bit(const unsigned *row, int j)
+{
+    return (int)(row[j / ECP_I_WORD] >> (j % ECP_I_WORD) & 1u);
+}
+
+static void ecp_i_set_bit(unsigned *row, int j, int on)
+{
+    unsigned bit = 1u << (j % ECP_I_WORD);
+    row[j / ECP_I_WORD] = on ? row[j / ECP_I_WORD] | bit : row[j / ECP_I_WORD] & ~bit;
+}
+
+static int ecp_i_count_bits(const unsigned *row, int words)
+{
+    int i, count = 0;
+    for (i = 0; i < words; i++) {
+        unsigned x;
+        for (x = row[i]; x; x &= x - 1) count++;
+    }
+    return count;
+}
+
+/* A body this many times as heavy as a neighbour is eliminated after it: the impulses between them
+   are small against its own momentum, and bad pivots there. */
+#define ECP_I_HEAVIER 100
+
+static int ecp_i_has_lighter(const ecp_i_graph *g, int n, int i)
+{
+    const unsigned *row = g->bits + (n + ECP_I_WORD - 1) / ECP_I_WORD * i;
+    int j;
+    for (j = 0; j < n; j++) {
+        if (ecp_i_bit(row, j) && ECP_I_HEAVIER * g->mass[j] < g->mass[i]) return 1;
+    }
+    return 0;
+}
+
+/* eliminates body i as front k: its neighbours become neighbours of each other */
+static void ecp_i_graph_eliminate(ecp_i_arena *arena, int n, ecp_i_graph *g, int i, int k)
+{
+    int words = (n + ECP_I_WORD - 1) / ECP_I_WORD, j, w, count = 0;
+    const unsigned *row = g->bits + words * i;
+    ecp_i_front *f = g->fronts + k;
+    g->rank[i] = k;
+    f->body = i;
+    f->width = 6 * g->degree[i];
+    f->others = ecp_i_take_ints(arena, g->degree[i]);
+    for (j = 0; j < n && !arena->overflow; j++) {
+        unsigned *other = g->bits + words * j;
+        if (!ecp_i_bit(row, j)) continue;
+        f->others[count++] = j;
+        for (w = 0; w < words; w++) other[w] |= row[w];
+        ecp_i_set_bit(other, j, 0);
+        ecp_i_set_bit(other, i, 0);
+        g->degree[j] = ecp_i_count_bits(other, words);
+    }
+}
+
+/* Minimum degree (the lowest index of several); a front's parent is the first of its others. */
+static void ecp_i_minimum_degree(ecp_i_arena *arena, int n, ecp_i_graph *g)
+{
+    int words = (n + ECP_I_WORD - 1) / ECP_I_WORD, i, j, k;
+    for (i = 0; i < n; i++) {
+        g->degree[i] = ecp_i_count_bits(g->bits + words * i, words);
+        g->rank[i] = -1;
+    }
+    for (k = 0; k < n; k++) {
+        int best = -1;
+        for (i = 0; i < n; i++) {
+            if (g->rank[i] >= 0 || (best >= 0 && g->degree[i] >= g->degree[best])) continue;
+            if (!ecp_i_has_lighter(g, n, i)) best = i;
+        }
+        ecp_i_graph_eliminate(arena, n, g, best, k);
+    }
+    for (k = 0; k < n && !arena->overflow; k++) {
+        ecp_i_front *f = g->fronts + k;
+        f->parent = f->child = f->next = -1;
+        for (i = 0; i < f->width / 6; i++) {
+            j = g->rank[f->others[i]];
+            if (f->parent < 0 || j < f->parent) f->parent = j;
+        }
+    }
+}
+
+/* The fronts in postorder, so that what children pass on lies on top of the stack when their parent
+   wants it. */
+static void ecp_i_postorder(int n, const ecp_i_graph *g, ecp_i_front *fronts)
+{
+    int *size = g->degree, *start = g->rank, k, next = 0;
+    for (k = 0; k < n; k++) size[k] = 1;
+    for (k = 0; k < n; k++) {
+        if (g->fronts[k].parent >= 0) size[g->fronts[k].parent] += size[k];
+    }
+    /* start: where a subtree begins, and then where its next child's will; size: its own place */
+    for (k = n - 1; k >= 0; k--) {
+        int parent = g->fronts[k].parent, *at = parent < 0 ? &next : start + parent;
+        start[k] = *at;
+        *at += size[k];
+        size[k] += start[k] - 1;
+    }
+    for (k = 0; k < n; k++) {
+        fronts[size[k]] = g->fronts[k];
+        if (g->fronts[k].parent >= 0) fronts[size[k]].parent = size[g->fronts[k].parent];
+    }
+    for (k = n - 1; k >= 0; k--) {
+        ecp_i_front *f = fronts + k;
+        if (f->parent < 0) continue;
+        f->next = fronts[f->parent].child;
+        fronts[f->parent].child = k;
+    }
+}
+
+/* >>front: factor and solve */
 
 /* Constraints on the velocities that differ by less than this count as one. Two contacts that stick
    constrain a rigid body's stretch between them twice; at the end of the step the two are the same,
@@ -3713,130 +3906,399 @@ typedef struct ecp_i_front {
    forces of 1 / (h w) times the load, and Newton's step is lost. */
 #define ECP_I_SAME_CONSTRAINT ECP_R(1e-4)
 
-/* C and B^T by QR with column pivoting, the forces forward-eliminated from the momentum rows, and
-   the first rank_c velocities from the others:
-     C P = Q R                 v1 = c - R v2, with R := R11^-1 R12 and c := R11^-1 Q^T c in place
-     (B / weight)^T P' = Q' R' x~_i = (W_in - W_i v) / R'_ii for i < rank_b, rows i of W beyond: W_i v = W_in
-   W is M permuted by P' and P, with b as its last column. */
-static void ecp_i_front_factor(ecp_i_front *f, int *rank_c, int *rank_b)
+#define ECP_I_SAME_FORCE (64 * ECP_I_EPSILON)
+
+/* what an open velocity costs in the least step, should another front need it */
+#define ECP_I_OPEN_WEIGHT ECP_R(100.0)
+
+static ecp_real ecp_i_row_size(int n, const ecp_real *row)
 {
-    int n = f->n, K = f->K, i, j, k, ld = n + 1;
-    ecp_real tolerance = 64 * ECP_I_EPSILON, *W = f->work;
-    for (i = 0; i < K; i++) {
-        ecp_real *row = f->C + n * i, size = 0;
-        for (j = 0; j < n; j++) size = ecp_i_max(size, ecp_i_abs(row[j]));
-        for (j = 0; size > 0 && j < n; j++) row[j] /= size;
-        if (size > 0) f->c[i] /= size;
-        for (j = 0; j < n; j++) f->Bt[n * i + j] /= f->weight[i];
+    ecp_real size = 0;
+    int j;
+    for (j = 0; j < n; j++) size = ecp_i_max(size, ecp_i_abs(row[j]));
+    return size;
+}
+
+/* rows of [R1 R2], R1 upper triangular, to [1 R1^-1 R2] */
+static void ecp_i_solve_rows(int rank, int all, ecp_real *A, int ld)
+{
+    int i, j, k;
+    for (i = rank - 1; i >= 0; i--) {
+        ecp_real *row = A + ld * i;
+        for (k = i + 1; k < rank; k++) {
+            for (j = rank; j < all; j++) row[j] -= row[k] * A[ld * k + j];
+        }
+        for (j = rank; j < all; j++) row[j] /= row[i];
     }
-    *rank_c = ecp_qr_factor(K, n, f->C, n, f->tau_c, f->piv_c, ECP_I_SAME_CONSTRAINT);
-    ecp_qr_apply_qt(K, *rank_c, f->C, n, f->tau_c, f->c);
-    *rank_b = ecp_qr_factor(K, n, f->Bt, n, f->tau_b, f->piv_b, tolerance);
-    for (i = 0; i < n; i++) {
-        for (j = 0; j < n; j++) W[ld * i + j] = f->M[n * f->piv_b[i] + f->piv_c[j]];
-        W[ld * i + n] = f->b[f->piv_b[i]];
+}
+
+/* reorders n columns: column k is what column piv[k] was */
+static void ecp_i_permute(int n, const int *piv, ecp_real *row)
+{
+    ecp_real was[6];
+    int k;
+    for (k = 0; k < n; k++) was[k] = row[k];
+    for (k = 0; k < n; k++) row[k] = was[piv[k]];
+}
+
+/* row -= row[k] times equation k, for the unit equations of ecp_i_solve_rows */
+static void ecp_i_insert(int rank, int all, const ecp_real *A, int ld, ecp_real *row)
+{
+    int j, k;
+    for (k = 0; k < rank; k++) {
+        ecp_real factor = row[k];
+        if (factor == 0) continue;
+        row[k] = 0;
+        for (j = rank; j < all; j++) row[j] -= factor * A[ld * k + j];
     }
-    for (k = 0; k < *rank_b; k++) {
-        for (i = k + 1; i < n; i++) {
-            ecp_real factor = f->Bt[n * k + i] / f->Bt[n * k + k];
-            for (j = 0; j <= n; j++) W[ld * i + j] -= factor * W[ld * k + j];
+}
+
+/* Constraints: the first rank_c velocities (in the order of piv_c) from the others. What is left of
+   the constraints stays in C from row rank_c on. */
+static void ecp_i_front_constrain(ecp_i_front *f, ecp_real *tau)
+{
+    int ld = 7 + f->width, i, j;
+    f->rank_c = ecp_i_qr(f->constraints, 6, ld, f->C, ld, tau, f->piv_c, ECP_I_SAME_CONSTRAINT,
+                         ECP_I_SAME_CONSTRAINT);
+    for (i = 0; i < f->rank_c; i++) {
+        for (j = 0; j < ld; j++) f->R[ld * i + j] = f->C[ld * i + j];
+    }
+    ecp_i_solve_rows(f->rank_c, ld, f->R, ld);
+    for (i = 0; i < 6 + f->width; i++) ecp_i_permute(6, f->piv_c, f->M + ld * i);
+}
+
+/* Forces: orthogonal combinations of them, the first rank_b of which act on the body, each on one
+   more row of its momentum (in the order of piv_b); forward elimination of these from the momentum. */
+static void ecp_i_front_balance(ecp_i_front *f)
+{
+    int ld = 7 + f->width, ldb = 6 + f->width, i, j, k;
+    f->rank_b =
+        ecp_i_qr(f->forces, 6, ldb, f->Bt, ldb, f->tau_b, f->piv_b, ECP_I_SAME_FORCE, 0);
+    for (i = 0; i < 6; i++) {
+        for (j = 0; j < ld; j++) f->W[ld * i + j] = f->M[ld * f->piv_b[i] + j];
+    }
+    for (k = 0; k < f->rank_b; k++) {
+        const ecp_real *pivot = f->W + ld * k;
+        for (i = k + 1; i < ldb; i++) {
+            ecp_real *row = i < 6 ? f->W + ld * i : f->M + ld * i;
+            ecp_real factor = f->Bt[ldb * k + i] / f->Bt[ldb * k + k];
+            for (j = 0; factor != 0 && j < ld; j++) row[j] -= factor * pivot[j];
         }
     }
-    for (i = *rank_c - 1; i >= 0; i--) {
-        for (j = *rank_c; j <= n; j++) {
-            ecp_real *at = j < n ? f->C + n * i + j : f->c + i;
-            for (k = i + 1; k < *rank_c; k++) {
-                *at -= f->C[n * i + k] * (j < n ? f->C[n * k + j] : f->c[k]);
+}
+
+/* The momentum that no force takes fixes rank_m of the remaining velocities; equations that are left
+   over become constraints on the others. Returns how many of those there are, from row rank_c of C. */
+static int ecp_i_front_momentum(ecp_i_front *f, ecp_real *tau)
+{
+    int ld = 7 + f->width, free = 6 - f->rank_c, rows = 6 - f->rank_b, all = ld - f->rank_c;
+    int left = f->constraints - f->rank_c, i, j;
+    ecp_real *S = f->W + ld * f->rank_b + f->rank_c, scale;
+    for (i = 0; i < rows; i++) ecp_i_insert(f->rank_c, ld, f->R, ld, f->W + ld * (f->rank_b + i));
+    scale = ecp_i_row_size(rows > 0 ? all - 1 : 0, S);
+    for (i = 1; i < rows; i++) scale = ecp_i_max(scale, ecp_i_row_size(all - 1, S + ld * i));
+    f->rank_m = ecp_i_qr(rows, free, all, S, ld, tau, f->piv_m, ECP_I_SAME_FORCE, 0);
+    ecp_i_solve_rows(f->rank_m, all, S, ld);
+    for (i = f->rank_m; i < rows; i++) {
+        const ecp_real *row = S + ld * i + free;
+        ecp_real size = ecp_i_row_size(f->width, row), *to = f->C + ld * (f->rank_c + left) + 6;
+        if (!(size > ECP_I_SAME_FORCE * scale)) continue;
+        for (j = 0; j <= f->width; j++) to[j] = row[j] / size;
+        left++;
+    }
+    for (i = 6; i < 6 + f->width; i++) {
+        ecp_i_insert(f->rank_c, ld, f->R, ld, f->M + ld * i);
+        ecp_i_permute(free, f->piv_m, f->M + ld * i + f->rank_c);
+        ecp_i_insert(f->rank_m, all, S, ld, f->M + ld * i + f->rank_c);
+    }
+    f->open = free - f->rank_m;
+    return left;
+}
+
+/* Velocities that neither the constraints nor the momentum fix, because there are more ways to
+   balance momentum by forces than there are constraints: they are where the forces of this front
+   are least, plus a part that is passed on like a force (another front may need it). */
+static void ecp_i_front_open(ecp_i_front *f, ecp_real *tau)
+{
+    int ld = 7 + f->width, ldb = 6 + f->width, ldg = f->open + f->width + 1, i, j;
+    const ecp_real *S = f->W + ld * f->rank_b + f->rank_c;
+    for (i = 0; i < f->rank_b; i++) {
+        ecp_real row[6], *G = f->G + ldg * i;
+        int free = 6 - f->rank_c;
+        /* row i of W in terms of the open velocities and u */
+        ECPSIM_MEMCPY(f->G + ldg * f->rank_b, f->W + ld * i, (size_t)ld * sizeof(ecp_real));
+        ecp_i_insert(f->rank_c, ld, f->R, ld, f->G + ldg * f->rank_b);
+        for (j = 0; j < free; j++) row[j] = f->G[ldg * f->rank_b + f->rank_c + j];
+        ecp_i_permute(free, f->piv_m, row);
+        for (j = 0; j < free; j++) f->G[ldg * f->rank_b + f->rank_c + j] = row[j];
+        ecp_i_insert(f->rank_m, ld - f->rank_c, S, ld, f->G + ldg * f->rank_b + f->rank_c);
+        for (j = 0; j < ldg; j++) {
+            G[j] = f->G[ldg * f->rank_b + f->rank_c + f->rank_m + j] / f->Bt[ldb * i + i];
+        }
+    }
+    f->rank_g = ecp_i_qr(f->rank_b, f->open, ldg, f->G, ldg, tau, f->piv_g, ECP_I_SAME_FORCE, 0);
+    ecp_i_solve_rows(f->rank_g, ldg, f->G, ldg);
+    for (i = 0; i < f->width; i++) {
+        ecp_real *row = f->M + ld * (6 + i) + f->rank_c + f->rank_m;
+        for (j = 0; j < f->open; j++) {
+            f->Bt[ldb * (f->forces + j) + 6 + i] = row[j] / ECP_I_OPEN_WEIGHT;
+        }
+        ecp_i_permute(f->open, f->piv_g, row);
+        ecp_i_insert(f->rank_g, ldg, f->G, ldg, row);
+    }
+}
+
+/* x[n] of a row in the columns (own, u) */
+static ecp_real ecp_i_row_value(int n, const ecp_real *row, const ecp_real *x)
+{
+    ecp_real sum = 0;
+    int j;
+    for (j = 0; j < n; j++) sum += row[j] * x[j];
+    return sum;
+}
+
+/* What the parent gets, as few rows as have the same effect: C and c (left_c rows), B^T (left_b
+   rows), and the others' momentum. left: rows of C to pass; piv: scratch for the others' columns. */
+static void ecp_i_front_pass(ecp_i_front *f, int left, ecp_real *tau, int *piv)
+{
+    int n = f->width, ld = 7 + n, ldb = 6 + n, i, j;
+    ecp_real *C = f->C + ld * f->rank_c + 6, *B = f->Bt + ldb * f->rank_b + 6, *to = f->pass;
+    ecp_real acts = f->rank_b > 0 ? ecp_i_abs(f->Bt[0]) : ECP_R(0);
+    f->left_c = ecp_i_qr(left, n, n + 1, C, ld, tau, piv, ECP_I_SAME_CONSTRAINT,
+                         ECP_I_SAME_CONSTRAINT);
+    for (i = 0; i < f->left_c; i++, to += n + 1) {
+        for (j = 0; j < n; j++) to[piv[j]] = j >= i ? C[ld * i + j] : ECP_R(0);
+        to[n] = C[ld * i + n];
+    }
+    f->left_b = ecp_i_qr(f->forces + f->open - f->rank_b, n, n, B, ldb, f->tau_l, piv,
+                         ECP_I_SAME_FORCE, ECP_I_SAME_FORCE * acts);
+    for (i = 0; i < f->left_b; i++, to += n) {
+        for (j = 0; j < n; j++) to[piv[j]] = j >= i ? B[ldb * i + j] : ECP_R(0);
+    }
+    for (i = 0; i < n; i++, to += n + 1) {
+        for (j = 0; j <= n; j++) to[j] = f->M[ld * (6 + i) + 6 + j];
+    }
+}
+
+/* adds what a child passes on; returns how many rows of C and of B^T it filled */
+static void ecp_i_front_extend(const ecp_i_tree *t, ecp_i_front *f, const ecp_i_front *child,
+                               int constraints, int forces)
+{
+    int n = child->width, ld = 7 + f->width, ldb = 6 + f->width, i, j;
+    const ecp_real *from = child->pass;
+    for (i = 0; i < child->left_c; i++, from += n + 1) {
+        ecp_real *row = f->C + ld * (constraints + i);
+        for (j = 0; j < n; j++) row[t->slot[child->others[j / 6]] + j % 6] = from[j];
+        row[ld - 1] = from[n];
+    }
+    for (i = 0; i < child->left_b; i++, from += n) {
+        ecp_real *row = f->Bt + ldb * (forces + i);
+        for (j = 0; j < n; j++) row[t->slot[child->others[j / 6]] + j % 6] = from[j];
+    }
+    for (i = 0; i < n; i++, from += n + 1) {
+        ecp_real *row = f->M + ld * (t->slot[child->others[i / 6]] + i % 6);
+        for (j = 0; j < n; j++) row[t->slot[child->others[j / 6]] + j % 6] += from[j];
+        row[ld - 1] += from[n];
+    }
+}
+
+/* the patch's unknown that is passed on as force i: what a unit of it costs in the least step */
+static ecp_real ecp_i_force_weight(const ecp_i_pair *c, int i)
+{
+    return c->col_tag[c->pivots + i] == ECP_I_GEOMETRY ? ECP_I_ECP_WEIGHT : ECP_R(1);
+}
+
+/* Adds a patch's eliminated block: what is left of its own rows (constraints, their largest
+   coefficient made 1) and columns (forces), and its share of the momentum rows. */
+static void ecp_i_front_patch(const ecp_i_tree *t, ecp_i_front *f, const ecp_i_pair *c,
+                              int constraints, int forces)
+{
+    int i, j, side, other, ld = c->columns, left = c->ny - c->pivots, at[2], slot[2];
+    int ldc = 7 + f->width, ldb = 6 + f->width;
+    const ecp_real *A = c->block;
+    at[0] = c->ny;
+    at[1] = c->ny + (c->ma->dynamic ? 6 : 0);
+    slot[0] = c->ma->dynamic ? t->slot[c->ma->at / 6] : -1;
+    slot[1] = c->mb->dynamic ? t->slot[c->mb->at / 6] : -1;
+    for (i = 0; i < left; i++) {
+        int row = c->pivots + i;
+        ecp_real size = ecp_i_row_size(ld - 1 - c->ny, A + ld * row + c->ny);
+        ecp_real *C = f->C + ldc * (constraints + i), *Bt = f->Bt + ldb * (forces + i);
+        for (side = 0; side < 2; side++) {
+            for (j = 0; slot[side] >= 0 && j < 6; j++) {
+                if (size > 0) C[slot[side] + j] = A[ld * row + at[side] + j] / size;
+                Bt[slot[side] + j] =
+                    A[ld * (at[side] + j) + row] / ecp_i_force_weight(c, i);
             }
-            *at /= f->C[n * i + i];
+        }
+        C[ldc - 1] = size > 0 ? A[ld * row + ld - 1] / size : ECP_R(0);
+    }
+    for (side = 0; side < 2; side++) {
+        for (i = 0; slot[side] >= 0 && i < 6; i++) {
+            const ecp_real *row = A + ld * (at[side] + i);
+            ecp_real *M = f->M + ldc * (slot[side] + i);
+            M[ldc - 1] += row[ld - 1];
+            for (other = 0; other < 2; other++) {
+                for (j = 0; slot[other] >= 0 && j < 6; j++) M[slot[other] + j] += row[at[other] + j];
+            }
         }
     }
 }
 
-/* W_i v = W_in as an equation for v2: coefficients to row[n - rank_c], returns the right-hand side */
-static ecp_real ecp_i_front_row(const ecp_i_front *f, int i, int rank_c, ecp_real *row)
+/* Takes the front's memory, what must last from below and the rest from the stack; sets its columns.
+   Returns 0 if there is none left. */
+static int ecp_i_front_carve(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_front *f)
 {
-    const ecp_real *W = f->work + (f->n + 1) * i;
-    ecp_real rhs = W[f->n];
-    int j, k, n = f->n;
-    for (k = 0; k < rank_c; k++) rhs -= W[k] * f->c[k];
-    for (j = rank_c; j < n; j++) {
-        row[j - rank_c] = W[j];
-        for (k = 0; k < rank_c; k++) row[j - rank_c] -= W[k] * f->C[n * k + j];
+    const ecp_i_pair *c;
+    int i, n = f->width, ld = 7 + n;
+    f->constraints = f->forces = f->open = 0;
+    for (c = f->pairs; c; c = c->next_here) f->constraints += c->ny - c->pivots;
+    f->forces = f->constraints;
+    f->level = arena->top;
+    if (f->child >= 0) f->level = t->fronts[f->child].level;
+    for (i = f->child; i >= 0; i = t->fronts[i].next) {
+        f->constraints += t->fronts[i].left_c;
+        f->forces += t->fronts[i].left_b;
     }
-    return rhs;
+    f->R = ecp_i_take_reals(arena, 6, ld);
+    f->W = ecp_i_take_reals(arena, 6, ld);
+    f->G = ecp_i_take_reals(arena, 7, ld);
+    f->Bt = ecp_i_take_reals(arena, f->forces + 6, 6 + n);
+    f->tau_b = ecp_i_take_reals(arena, 6, 1);
+    f->tau_l = ecp_i_take_reals(arena, n, 1);
+    f->x = ecp_i_take_reals(arena, f->forces + 6, 1);
+    f->C = ecp_i_take_stack(arena, f->constraints + 6, ld);
+    f->M = ecp_i_take_stack(arena, 6 + n, ld);
+    if (arena->overflow) return 0;
+    ECPSIM_MEMSET(f->Bt, 0, (size_t)((f->forces + 6) * (6 + n)) * sizeof(ecp_real));
+    ECPSIM_MEMSET(f->C, 0, (size_t)((f->constraints + 6) * ld) * sizeof(ecp_real));
+    ECPSIM_MEMSET(f->M, 0, (size_t)((6 + n) * ld) * sizeof(ecp_real));
+    t->slot[f->body] = 0;
+    for (i = 0; i < n / 6; i++) t->slot[f->others[i]] = 6 + 6 * i;
+    return 1;
 }
 
-/* Velocities v2 (free of them) that the momentum rows leave open once the forces have taken their
-   share: there are more ways to balance momentum by forces than there are constraints. v2 moves
-   within the null space of `square` (the QR of its equations, with this rank) to where the forces
-   are least. */
-static void ecp_i_front_least_forces(ecp_i_front *f, int rank_c, int rank_b, int rank)
+/* the most reals that a front can pass on */
+static int ecp_i_pass_size(const ecp_i_front *f, int left)
 {
-    int n = f->n, unknowns = n - rank_c, open = unknowns - rank, i, j, k;
-    ecp_real *v2 = f->v + rank_c, *null = f->null, *G = f->gram, *row = f->row;
-    /* column j of `null`: P [-R^-1 S_j; e_j], P in ints */
-    for (j = 0; j < open; j++) {
-        ecp_real *N = null + n * j;
-        for (i = 0; i < unknowns; i++) N[i] = 0;
-        N[f->ints[rank + j]] = 1;
-        for (i = rank - 1; i >= 0; i--) {
-            ecp_real sum = -f->square[n * i + rank + j];
-            for (k = i + 1; k < rank; k++) sum -= f->square[n * i + k] * N[f->ints[k]];
-            N[f->ints[i]] = sum / f->square[n * i + i];
-        }
+    int n = f->width, forces = f->forces + f->open - f->rank_b;
+    if (left > n) left = n;
+    if (forces > n) forces = n;
+    return left * (n + 1) + forces * n + n * (n + 1);
+}
+
+/* Moves what is passed on to where the children's began, and frees the rest of the stack. */
+static void ecp_i_front_settle(ecp_i_arena *arena, ecp_i_front *f)
+{
+    int n = f->width, count = f->left_c * (n + 1) + f->left_b * n + n * (n + 1), i;
+    ecp_real *to;
+    arena->top = f->level;
+    to = ecp_i_take_stack(arena, count, 1);
+    for (i = count - 1; i >= 0; i--) to[i] = f->pass[i];
+    f->pass = to;
+}
+
+/* Eliminates one body. m: its inertia, b: the right-hand side of its momentum rows. */
+static int ecp_i_front_factor(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_front *f,
+                              const ecp_i_motion *m, const ecp_real *b)
+{
+    const ecp_i_pair *c;
+    ecp_real tau[6], unit = m->mass * m->length * m->length;
+    int i, j, n = f->width, ld = 7 + n, constraints = 0, forces = 0, left;
+    if (!ecp_i_front_carve(t, arena, f)) return 0;
+    for (i = 0; i < 3; i++) {
+        f->M[ld * i + i] = 1;
+        for (j = 0; j < 3; j++) f->M[ld * (3 + i) + 3 + j] = m->inertia[3 * i + j] / unit;
     }
-    for (i = 0; i < rank_b; i++) {
-        ecp_real rhs = ecp_i_front_row(f, i, rank_c, row);
-        for (k = 0; k < unknowns; k++) rhs -= row[k] * v2[k];
-        f->rhs[i] = rhs / f->Bt[n * i + i];
-        for (j = 0; j < open; j++) {
-            ecp_real sum = 0;
-            for (k = 0; k < unknowns; k++) sum += row[k] * null[n * j + k];
-            G[n * i + j] = sum / f->Bt[n * i + i];
-        }
+    for (i = 0; i < 6; i++) f->M[ld * i + ld - 1] = b[i];
+    for (c = f->pairs; c; c = c->next_here) {
+        ecp_i_front_patch(t, f, c, constraints, forces);
+        constraints += c->ny - c->pivots;
+        forces += c->ny - c->pivots;
     }
-    ecp_least_squares(rank_b, open, G, n, f->rhs, row, f->least, f->ints, 64 * ECP_I_EPSILON);
-    for (j = 0; j < open; j++) {
-        for (k = 0; k < unknowns; k++) v2[k] += row[j] * null[n * j + k];
+    for (i = f->child; i >= 0; i = t->fronts[i].next) {
+        const ecp_i_front *child = t->fronts + i;
+        ecp_i_front_extend(t, f, child, constraints, forces);
+        constraints += child->left_c;
+        forces += child->left_b;
+    }
+    ecp_i_front_constrain(f, tau);
+    ecp_i_front_balance(f);
+    left = ecp_i_front_momentum(f, tau);
+    if (f->open > 0) ecp_i_front_open(f, tau);
+    f->pass = ecp_i_take_stack(arena, ecp_i_pass_size(f, left), 1);
+    if (arena->overflow) return 0;
+    ecp_i_front_pass(f, left, t->u, t->ints);
+    ecp_i_front_settle(arena, f);
+    return !arena->overflow;
+}
+
+/* The velocities and forces of a front from those of the others (t->v) and from what the parent found
+   for the forces passed on; hands their parts on to the children and to the patches. */
+static void ecp_i_front_recover(const ecp_i_tree *t, ecp_i_front *f)
+{
+    int n = f->width, ld = 7 + n, ldb = 6 + n, ldg = f->open + n + 1, free = 6 - f->rank_c, i, j, k;
+    const ecp_real *S = f->W + ld * f->rank_b + f->rank_c;
+    ecp_real v[6], q[6], *x = f->x, *u = t->u;
+    ecp_i_pair *c;
+    for (j = 0; j < n; j++) u[j] = t->v[6 * f->others[j / 6] + j % 6];
+    for (i = f->rank_b + f->left_b; i < f->forces + f->open; i++) x[i] = 0;
+    ecp_qr_apply_q(f->forces + f->open - f->rank_b, f->left_b, f->Bt + ldb * f->rank_b + 6, ldb,
+                   f->tau_l, x + f->rank_b);
+    for (j = 0; j < f->open; j++) q[j] = x[f->forces + j] / ECP_I_OPEN_WEIGHT;
+    for (k = 0; k < f->rank_g; k++) {
+        const ecp_real *row = f->G + ldg * k;
+        ecp_real sum = row[ldg - 1] - ecp_i_row_value(n, row + f->open, u);
+        for (j = f->rank_g; j < f->open; j++) sum -= row[j] * q[f->piv_g[j]];
+        q[f->piv_g[k]] += sum;
+    }
+    for (j = 0; j < f->open; j++) v[f->rank_c + f->piv_m[f->rank_m + j]] = q[j];
+    for (k = 0; k < f->rank_m; k++) {
+        const ecp_real *row = S + ld * k;
+        ecp_real sum = row[free + n] - ecp_i_row_value(n, row + free, u);
+        for (j = 0; j < f->open; j++) sum -= row[f->rank_m + j] * q[j];
+        v[f->rank_c + f->piv_m[k]] = sum;
+    }
+    for (k = 0; k < f->rank_c; k++) {
+        const ecp_real *row = f->R + ld * k;
+        v[k] = row[ld - 1] - ecp_i_row_value(free, row + f->rank_c, v + f->rank_c) -
+               ecp_i_row_value(n, row + 6, u);
+    }
+    for (k = 0; k < f->rank_b; k++) {
+        const ecp_real *row = f->W + ld * k;
+        x[k] = (row[ld - 1] - ecp_i_row_value(6, row, v) - ecp_i_row_value(n, row + 6, u)) /
+               f->Bt[ldb * k + k];
+    }
+    for (k = 0; k < 6; k++) t->v[6 * f->body + f->piv_c[k]] = v[k];
+    ecp_qr_apply_q(f->forces, f->rank_b, f->Bt, ldb, f->tau_b, x);
+    for (c = f->pairs, i = 0; c; c = c->next_here) {
+        c->left = x + i;
+        for (k = 0; k < c->ny - c->pivots; k++, i++) x[i] /= ecp_i_force_weight(c, k);
+    }
+    for (k = f->child; k >= 0; k = t->fronts[k].next) {
+        ecp_i_front *child = t->fronts + k;
+        for (j = 0; j < child->left_b; j++) child->x[child->rank_b + j] = x[i++];
     }
 }
 
-/* Solves the front for v and x: a null-space method by orthogonal steps, with ranks found on the
-   way. Where solutions are many, x has the least weighted norm; where equations contradict each
-   other, least squares. Returns the dimension of the set of solutions. */
-static int ecp_i_front_solve(ecp_i_front *f)
+/* Solves for v and the forces: a null-space method by orthogonal steps, with ranks found on the way.
+   Where solutions are many, the forces have the least weighted norm; where equations contradict each
+   other, least squares. b: the right-hand side of the momentum rows, six a body. Returns 0 if memory
+   runs out. */
+static int ecp_i_tree_solve(ecp_i_tree *t, ecp_i_arena *arena, int n, const ecp_i_motion *motions,
+                            const int *bodies, const ecp_real *b)
 {
-    int n = f->n, K = f->K, i, j, rank_c, rank_b, rank = 0, ld = n + 1;
-    const ecp_real *W = f->work;
-    ecp_i_front_factor(f, &rank_c, &rank_b);
-    for (i = rank_b; i < n; i++) {
-        f->rhs[i - rank_b] = ecp_i_front_row(f, i, rank_c, f->square + n * (i - rank_b));
+    int k;
+    arena->used = t->mark;
+    arena->top = t->stack;
+    t->many = 0;
+    for (k = 0; k < n; k++) {
+        ecp_i_front *f = t->fronts + k;
+        if (!ecp_i_front_factor(t, arena, f, motions + bodies[f->body], b + 6 * f->body)) return 0;
+        t->many += f->forces + f->open - f->rank_b - f->left_b;
     }
-    for (j = rank_c; j < n; j++) {
-        f->v[j] = 0;
-        f->ints[j - rank_c] = j - rank_c;
-    }
-    if (rank_c < n && rank_b < n) {
-        rank = ecp_least_squares(n - rank_b, n - rank_c, f->square, n, f->rhs, f->v + rank_c,
-                                 f->least, f->ints, 64 * ECP_I_EPSILON);
-    }
-    if (rank < n - rank_c && rank_b > 0) ecp_i_front_least_forces(f, rank_c, rank_b, rank);
-    for (i = 0; i < rank_c; i++) {
-        f->v[i] = f->c[i];
-        for (j = rank_c; j < n; j++) f->v[i] -= f->C[n * i + j] * f->v[j];
-    }
-    for (i = 0; i < K; i++) f->x[i] = 0;
-    for (i = 0; i < rank_b; i++) {
-        f->x[i] = W[ld * i + n];
-        for (j = 0; j < n; j++) f->x[i] -= W[ld * i + j] * f->v[j];
-        f->x[i] /= f->Bt[n * i + i];
-    }
-    ecp_qr_apply_q(K, rank_b, f->Bt, n, f->tau_b, f->x);
-    for (i = 0; i < K; i++) f->x[i] /= f->weight[i];
-    for (j = 0; j < n; j++) f->rhs[f->piv_c[j]] = f->v[j];
-    for (j = 0; j < n; j++) f->v[j] = f->rhs[j];
-    return K - rank_b + n - rank_c - rank;
+    for (k = n - 1; k >= 0; k--) ecp_i_front_recover(t, t->fronts + k);
+    return 1;
 }
 
 /* >>island: the problem of a group of bodies that touch */
@@ -3853,44 +4315,8 @@ typedef struct ecp_i_island {
     int many;      /* the last Newton step had many solutions */
     int nearest;   /* the rule is ECP_NEAREST: starts keep the ECPs where they can */
     int uncentred; /* a patch starts from a point that the rule ECP_CENTRED did not choose */
-    ecp_i_front front;
+    ecp_i_tree tree;
 } ecp_i_island;
-
-/* Adds a patch's eliminated block to the front: what is left of its own rows and columns, and its
-   share of the momentum rows. */
-static void ecp_i_assemble(ecp_i_front *f, const ecp_i_pair *c, int slot_a, int slot_b)
-{
-    int i, j, k, side, other, ld = c->columns, left = c->ny - c->pivots, at[2], slot[2];
-    const ecp_real *A = c->block;
-    at[0] = c->ny;
-    at[1] = c->ny + (c->ma->dynamic ? 6 : 0);
-    slot[0] = slot_a;
-    slot[1] = slot_b;
-    for (i = 0; i < left; i++) {
-        int row = c->pivots + i, K = f->K + i;
-        for (j = 0; j < f->n; j++) f->C[f->n * K + j] = f->Bt[f->n * K + j] = 0;
-        f->c[K] = A[ld * row + ld - 1];
-        f->weight[K] = c->col_tag[row] == ECP_I_GEOMETRY ? ECP_I_ECP_WEIGHT : ECP_R(1);
-        for (side = 0; side < 2; side++) {
-            for (k = 0; slot[side] >= 0 && k < 6; k++) {
-                f->C[f->n * K + slot[side] + k] = A[ld * row + at[side] + k];
-                f->Bt[f->n * K + slot[side] + k] = A[ld * (at[side] + k) + row];
-            }
-        }
-    }
-    f->K += left;
-    for (side = 0; side < 2; side++) {
-        for (k = 0; slot[side] >= 0 && k < 6; k++) {
-            const ecp_real *row = A + ld * (at[side] + k);
-            f->b[slot[side] + k] += row[ld - 1];
-            for (other = 0; other < 2; other++) {
-                for (j = 0; slot[other] >= 0 && j < 6; j++) {
-                    f->M[f->n * (slot[side] + k) + slot[other] + j] += row[at[other] + j];
-                }
-            }
-        }
-    }
-}
 
 /* F at z = (six scaled velocity changes a body, then the patches), and the largest |F_i| above its
    rounding floor. */
@@ -3948,79 +4374,91 @@ static void ecp_i_carve_block(ecp_i_arena *arena, int count, int bodies, ecp_i_p
     c->col_order = ecp_i_take_ints(arena, count);
 }
 
-static void ecp_i_carve_front(ecp_i_arena *arena, int n, int K, ecp_i_front *f)
+/* The tree of an island of n bodies: what the order needs, and the vectors of a solve. */
+static void ecp_i_carve_tree(ecp_i_arena *arena, int n, ecp_i_tree *t, ecp_i_graph *g)
 {
-    f->M = ecp_i_take_reals(arena, n, n);
-    f->b = ecp_i_take_reals(arena, n, 1);
-    f->C = ecp_i_take_reals(arena, K, n);
-    f->c = ecp_i_take_reals(arena, K, 1);
-    f->Bt = ecp_i_take_reals(arena, K, n);
-    f->x = ecp_i_take_reals(arena, K, 1);
-    f->weight = ecp_i_take_reals(arena, K, 1);
-    f->work = ecp_i_take_reals(arena, n, n + 1);
-    f->v = ecp_i_take_reals(arena, n, 1);
-    f->tau_c = ecp_i_take_reals(arena, n, 1);
-    f->tau_b = ecp_i_take_reals(arena, n, 1);
-    f->square = ecp_i_take_reals(arena, n, n);
-    f->rhs = ecp_i_take_reals(arena, n, 1);
-    f->least = ecp_i_take_reals(arena, n, n + 3);
-    f->null = ecp_i_take_reals(arena, n, n);
-    f->gram = ecp_i_take_reals(arena, n, n);
-    f->row = ecp_i_take_reals(arena, n, 1);
-    f->piv_c = ecp_i_take_ints(arena, n);
-    f->piv_b = ecp_i_take_ints(arena, n);
-    f->ints = ecp_i_take_ints(arena, 2 * n);
+    int words = (n + ECP_I_WORD - 1) / ECP_I_WORD;
+    t->fronts = (ecp_i_front *)ecp_i_take(arena, (size_t)n, sizeof(ecp_i_front));
+    t->slot = ecp_i_take_ints(arena, n);
+    t->v = ecp_i_take_reals(arena, 6, n);
+    t->u = ecp_i_take_reals(arena, 6, n);
+    t->ints = ecp_i_take_ints(arena, 6 * n);
+    g->mass = ecp_i_take_reals(arena, n, 1);
+    g->degree = ecp_i_take_ints(arena, n);
+    g->rank = ecp_i_take_ints(arena, n);
+    g->fronts = (ecp_i_front *)ecp_i_take(arena, (size_t)n, sizeof(ecp_i_front));
+    g->bits = (unsigned *)ecp_i_take(arena, (size_t)n * (size_t)words, sizeof(unsigned));
+}
+
+/* The order of elimination, and the front at which each patch is assembled: the first one of its
+   bodies. */
+static void ecp_i_tree_plan(ecp_i_island *s)
+{
+    ecp_i_tree *t = &s->tree;
+    ecp_i_graph g;
+    int n = s->body_count, words = (n + ECP_I_WORD - 1) / ECP_I_WORD, i;
+    ecp_i_carve_tree(s->arena, n, t, &g);
+    if (s->arena->overflow) return;
+    ECPSIM_MEMSET(g.bits, 0, (size_t)(n * words) * sizeof(unsigned));
+    ECPSIM_MEMSET(g.fronts, 0, (size_t)n * sizeof(ecp_i_front));
+    for (i = 0; i < n; i++) g.mass[i] = s->motions[s->bodies[i]].mass;
+    for (i = 0; i < s->pair_count; i++) {
+        const ecp_i_pair *c = s->pairs[i];
+        if (!c->ma->dynamic || !c->mb->dynamic) continue;
+        ecp_i_set_bit(g.bits + words * (c->ma->at / 6), c->mb->at / 6, 1);
+        ecp_i_set_bit(g.bits + words * (c->mb->at / 6), c->ma->at / 6, 1);
+    }
+    ecp_i_minimum_degree(s->arena, n, &g);
+    if (s->arena->overflow) return;
+    ecp_i_postorder(n, &g, t->fronts);
+    for (i = 0; i < n; i++) g.rank[t->fronts[i].body] = i;
+    for (i = s->pair_count - 1; i >= 0; i--) {
+        ecp_i_pair *c = s->pairs[i];
+        int a = c->ma->dynamic ? g.rank[c->ma->at / 6] : n;
+        int b = c->mb->dynamic ? g.rank[c->mb->at / 6] : n;
+        ecp_i_front *f = t->fronts + (a < b ? a : b);
+        c->next_here = f->pairs;
+        f->pairs = c;
+    }
+    t->mark = s->arena->used;
+    t->stack = s->arena->top;
 }
 
 /* The memory of a Newton step, taken when the first one is made: a start that is a solution needs
    none of it. */
 static void ecp_i_island_carve(ecp_i_island *s)
 {
-    int i, K = 0;
+    int i;
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         ecp_i_carve_block(s->arena, c->count, c->ma->dynamic + c->mb->dynamic, c);
-        K += c->count;
     }
-    ecp_i_carve_front(s->arena, 6 * s->body_count, K, &s->front);
-    ECPSIM_ASSERT(!s->arena->overflow);
+    ecp_i_tree_plan(s);
 }
 
-/* The Newton step at the point of the last residual. Returns 0 if it is not finite. */
+/* The Newton step at the point of the last residual. Returns 0 if it is not finite, or if the memory
+   does not suffice. */
 static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, ecp_real *dz)
 {
     ecp_i_island *s = (ecp_i_island *)self;
-    ecp_i_front *f = &s->front;
-    int i, j, k, left = 0;
-    if (!f->M) ecp_i_island_carve(s);
-    f->n = 6 * s->body_count;
-    f->K = 0;
-    ECPSIM_MEMSET(f->M, 0, (size_t)(f->n * f->n) * sizeof(ecp_real));
-    for (i = 0; i < s->body_count; i++) {
-        const ecp_i_motion *m = s->motions + s->bodies[i];
-        ecp_real unit = m->mass * m->length * m->length;
-        for (k = 0; k < 3; k++) {
-            f->M[f->n * (6 * i + k) + 6 * i + k] = 1;
-            for (j = 0; j < 3; j++) {
-                f->M[f->n * (6 * i + 3 + k) + 6 * i + 3 + j] = m->inertia[3 * k + j] / unit;
-            }
-        }
-        for (k = 0; k < 6; k++) f->b[6 * i + k] = -F[6 * i + k];
-    }
+    ecp_i_tree *t = &s->tree;
+    int i, n = 6 * s->body_count;
+    if (!t->fronts) ecp_i_island_carve(s);
+    if (s->arena->overflow) return 0;
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         ecp_i_block_fill(c, z + c->at, F + c->at, s->h, s->centring);
         ecp_i_block_eliminate(c);
-        ecp_i_assemble(f, c, c->ma->dynamic ? c->ma->at : -1, c->mb->dynamic ? c->mb->at : -1);
     }
-    s->many = ecp_i_front_solve(f) > 0;
-    for (i = 0; i < f->n; i++) dz[i] = f->v[i];
+    for (i = 0; i < n; i++) dz[i] = -F[i];
+    if (!ecp_i_tree_solve(t, s->arena, s->body_count, s->motions, s->bodies, dz)) return 0;
+    s->many = t->many > 0;
+    for (i = 0; i < n; i++) dz[i] = t->v[i];
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
-        ecp_i_block_recover(c, z + c->at, f->v + (c->ma->dynamic ? c->ma->at : 0),
-                            f->v + (c->mb->dynamic ? c->mb->at : 0), f->x + left, s->h, s->centring,
+        ecp_i_block_recover(c, z + c->at, t->v + (c->ma->dynamic ? c->ma->at : 0),
+                            t->v + (c->mb->dynamic ? c->mb->at : 0), c->left, s->h, s->centring,
                             dz + c->at);
-        left += c->ny - c->pivots;
     }
     return ecp_i_all_finite(s->unknowns, dz);
 }
@@ -4258,7 +4696,7 @@ static void ecp_i_carve_mcp(ecp_i_arena *arena, int size, ecp_i_mcp *s, ecp_i_pr
 
 ECP_DEF size_t ecp_mcp_memsize(int n, int m)
 {
-    ecp_i_arena arena = {NULL, 0, 0, 0, 0};
+    ecp_i_arena arena = ecp_i_arena_over(NULL, 0);
     ecp_i_mcp s;
     ecp_i_problem p;
     ecp_real *z;
@@ -4271,7 +4709,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
                                  void *mem, size_t bytes, ecp_mcp_report *report)
 {
     ecp_options o = ecp_options_default();
-    ecp_i_arena arena = {NULL, 0, 0, 0, 0};
+    ecp_i_arena arena = ecp_i_arena_over(NULL, 0);
     ecp_i_effort effort = {0, 0, 0};
     ecp_i_mcp s;
     ecp_i_problem p;
@@ -4289,8 +4727,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     if (status != ECP_OK) return status;
     size = problem->n + problem->m;
     if (!ecp_i_all_finite(size, z)) return ECP_NOT_FINITE;
-    arena.base = (unsigned char *)mem;
-    arena.size = bytes;
+    arena = ecp_i_arena_over(mem, bytes);
     ecp_i_carve_mcp(&arena, size, &s, &p, &work);
     s.problem = problem;
     p.self = &s;
@@ -4640,22 +5077,41 @@ static void ecp_i_carve_vectors(ecp_i_arena *arena, int unknowns, ecp_real *vect
 /* unknowns of a patch with three friction rows and all multipliers that the description allows */
 static int ecp_i_most_unknowns(const ecp_world_desc *d) { return 8 + d->max_inequalities; }
 
+/* What the fronts of one island may need, in reals. Exact for what matters on a microcontroller (one
+   body, whatever its patches); for more bodies an estimate: each is taken to have 12 neighbours when
+   it is eliminated, and a patch of many to leave 8 rows. */
+static size_t ecp_i_tree_reals(const ecp_world_desc *d)
+{
+    size_t n = (size_t)d->max_bodies, patches = (size_t)d->max_patches;
+    size_t u = 6 * (n - 1 < 12 ? n - 1 : 12);
+    size_t left = n > 8 ? 8 : (size_t)ecp_i_most_unknowns(d);
+    size_t met = patches * left + n * u, front = (n > 8 ? 32 * left : met) + 6;
+    return n * (19 * (7 + u) + u + 12) + (met + 6 * n) * (7 + u) + /* lasting */
+           front * (7 + u) + (6 + u) * (7 + u) + (n + 1) * 2 * u * (u + 1); /* stack */
+}
+
 static void ecp_i_carve_world(ecp_i_arena *arena, ecp_world *w)
 {
     const ecp_world_desc *d = &w->desc;
     ecp_i_step s;
     ecp_i_pair c;
-    ecp_i_front f;
+    ecp_i_tree t;
+    ecp_i_graph g;
     ecp_real *vectors[5];
     int i, most = ecp_i_most_unknowns(d);
+    size_t reals = ecp_i_tree_reals(d);
     ecp_i_carve_state(arena, w);
     ecp_i_carve_step(arena, d->max_bodies, d->max_patches, d->max_inequalities, &s);
     for (i = 0; i < d->max_patches; i++) {
         ecp_i_carve_pair(arena, d->max_inequalities, 2, &c);
         ecp_i_carve_block(arena, most, 2, &c);
     }
-    ecp_i_carve_front(arena, 6 * d->max_bodies, most * d->max_patches, &f);
     ecp_i_carve_vectors(arena, 6 * d->max_bodies + most * d->max_patches, vectors);
+    ecp_i_carve_tree(arena, d->max_bodies, &t, &g);
+    if (d->solver_bytes > 0)
+        ecp_i_take(arena, d->solver_bytes, 1);
+    else
+        ecp_i_take(arena, reals, sizeof(ecp_real));
     w->bytes = arena->used;
 }
 
@@ -4668,7 +5124,7 @@ static int ecp_i_desc_ok(const ecp_world_desc *d)
 
 ECP_DEF size_t ecp_world_memsize(const ecp_world_desc *desc)
 {
-    ecp_i_arena arena = {NULL, 0, 0, 0, 0};
+    ecp_i_arena arena = ecp_i_arena_over(NULL, 0);
     ecp_world w;
     if (!desc || !ecp_i_desc_ok(desc)) return 0;
     w.desc = *desc;
@@ -4679,7 +5135,7 @@ ECP_DEF size_t ecp_world_memsize(const ecp_world_desc *desc)
 ECP_DEF ecp_status ecp_world_init(ecp_world **world, const ecp_world_desc *desc, void *mem,
                                   size_t bytes)
 {
-    ecp_i_arena arena = {NULL, 0, 0, 0, 0};
+    ecp_i_arena arena = ecp_i_arena_over(NULL, 0);
     ecp_world *w = (ecp_world *)mem;
     size_t need;
     if (!world || !desc || !mem) return ECP_BAD_POINTER;
@@ -5247,6 +5703,10 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     p.trial = vectors[4];
     ecp_i_island_units(&s);
     solved = ecp_i_solve(&p, step->o, z, &effort);
+    if (step->arena.overflow) {
+        return ecp_i_fail(step->r, ECP_CAPACITY, label, -1, -1, (ecp_real)step->arena.wanted,
+                          (ecp_real)step->arena.size);
+    }
     if (solved && step->o->rule == ECP_CENTRED && (s.many || s.uncentred)) {
         centred = ecp_i_centre(&s, &p, step, z, best, &effort);
         step->r->centred &= centred;
@@ -5381,8 +5841,7 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
         s.h = h;
         s.o = &o;
         s.r = &r;
-        s.arena.base = (unsigned char *)world;
-        s.arena.size = world->bytes;
+        s.arena = ecp_i_arena_over(world, world->bytes);
         s.arena.used = s.arena.high = world->state_bytes;
         ecp_i_carve_step(&s.arena, world->bodies, world->desc.max_patches,
                          world->desc.max_inequalities, &s);
@@ -5397,9 +5856,10 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
         r.patches_left_out = s.left_out;
         if (status == ECP_OK) status = ecp_i_verify(&s);
         if (status == ECP_OK) status = ecp_i_commit(&s);
-        r.memory_used = s.arena.high;
+        r.memory_used = s.arena.most;
         /* work memory is zero outside a call: a failed step leaves no trace */
         ECPSIM_MEMSET(s.arena.base + world->state_bytes, 0, s.arena.high - world->state_bytes);
+        ECPSIM_MEMSET(s.arena.base + s.arena.low, 0, s.arena.size - s.arena.low);
     }
     r.status = status;
     if (report) *report = r;

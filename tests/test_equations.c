@@ -110,6 +110,7 @@ static int equations_smooth(const ecp_shape *s, const ecp_real x[3])
 typedef struct equations_scene {
     ecp_world *world;
     unsigned char *memory;
+    ecp_i_arena arena;
     ecp_i_motion motions[EQUATIONS_BODIES];
     ecp_i_pair pairs[EQUATIONS_PAIRS], *members[EQUATIONS_PAIRS];
     int bodies[EQUATIONS_BODIES];
@@ -174,15 +175,15 @@ static void equations_build(equations_scene *k, ecp_real h)
     ecp_i_step step;
     ecp_real *vectors[5];
     size_t bytes = (size_t)1 << 20;
-    int i, j, at, K = 0;
+    int i, j, at;
     memset(&step, 0, sizeof step);
     memset(&k->s, 0, sizeof k->s);
     k->memory = (unsigned char *)malloc(bytes);
     k->J = (double *)malloc(EQUATIONS_MAX * EQUATIONS_MAX * sizeof(double));
     step.w = k->world;
     step.motions = k->motions;
-    step.arena.base = k->memory;
-    step.arena.size = bytes;
+    k->arena = ecp_i_arena_over(k->memory, bytes);
+    k->s.arena = &k->arena;
     k->s.motions = k->motions;
     k->s.bodies = k->bodies;
     k->s.pairs = k->members;
@@ -202,22 +203,21 @@ static void equations_build(equations_scene *k, ecp_real h)
             if (!ecp_i_pair_setup(&step, i, j, &candidate)) continue;
             CHECK(k->s.pair_count < EQUATIONS_PAIRS);
             *c = candidate;
-            ecp_i_carve_pair(&step.arena, c->nl, c->nm, c);
-            ecp_i_carve_block(&step.arena, c->count, c->ma->dynamic + c->mb->dynamic, c);
+            ecp_i_carve_pair(&k->arena, c->nl, c->nm, c);
             c->at = at;
             at += c->count;
-            K += c->count;
             k->members[k->s.pair_count++] = c;
         }
     }
     k->s.unknowns = at;
-    ecp_i_carve_front(&step.arena, 6 * k->s.body_count, K, &k->s.front);
-    ecp_i_carve_vectors(&step.arena, at, vectors);
+    ecp_i_carve_vectors(&k->arena, at, vectors);
     k->z = vectors[0];
     k->F = vectors[1];
     k->dz = vectors[2];
-    CHECK(!step.arena.overflow && at <= EQUATIONS_MAX);
+    CHECK(!k->arena.overflow && at <= EQUATIONS_MAX);
     ecp_i_island_units(&k->s);
+    ecp_i_island_carve(&k->s);
+    CHECK(!k->arena.overflow);
 }
 
 static void equations_free(equations_scene *k)

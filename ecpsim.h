@@ -773,6 +773,18 @@ static ecp_real ecp_i_abs(ecp_real x) { return x < 0 ? -x : x; }
 static ecp_real ecp_i_max(ecp_real a, ecp_real b) { return a > b ? a : b; }
 static ecp_real ecp_i_min(ecp_real a, ecp_real b) { return a < b ? a : b; }
 
+/* The power of two at or below x > 0: units are such powers, so that scaling by them rounds nothing. */
+static ecp_real ecp_i_power_of_two(ecp_real x)
+{
+    ecp_real unit = 1;
+    if (!(x > 0) || x - x != 0) return 1;
+    while (unit * 65536 <= x) unit *= 65536;
+    while (unit * 2 <= x) unit *= 2;
+    while (unit / 65536 > x) unit /= 65536;
+    while (unit > x) unit /= 2;
+    return unit;
+}
+
 /* false for NaN and infinity */
 static int ecp_i_finite(ecp_real x) { return x - x == 0; }
 
@@ -2504,7 +2516,7 @@ ECP_DEF void ecp_mass_add(ecp_mass *total, const ecp_mass *part, const ecp_real 
 /* >>world ================================================================================= */
 
 typedef struct ecp_i_body {
-    ecp_real mass, length; /* length: of the body's inertia, sqrt(trace(I) / mass) */
+    ecp_real mass, length; /* length: of the body's inertia, sqrt(trace(I) / mass), about */
     ecp_real inertia[9];
     ecp_real x[3], q[4], v[6]; /* v: linear, then angular */
     /* what x and v could not hold: the exact sums are x + x_carry and v + v_carry */
@@ -2541,7 +2553,7 @@ struct ecp_world {
 typedef struct ecp_i_arena {
     unsigned char *base;
     size_t used, top, high, low, most; /* most: high-water mark of both ends together */
-    size_t size, wanted; /* wanted: how much would have done, when overflow is set */
+    size_t size, wanted;               /* wanted: how much would have done, when overflow is set */
     int overflow;
 } ecp_i_arena;
 
@@ -2773,7 +2785,8 @@ ECP_DEF ecp_status ecp_body_add(ecp_world *world, const ecp_body_desc *desc, int
     if (desc->kind == ECP_DYNAMIC) {
         b->mass = desc->mass;
         ECPSIM_MEMCPY(b->inertia, desc->inertia, sizeof b->inertia);
-        b->length = ecp_i_sqrt((b->inertia[0] + b->inertia[4] + b->inertia[8]) / b->mass);
+        b->length = ecp_i_power_of_two(
+            ecp_i_sqrt((b->inertia[0] + b->inertia[4] + b->inertia[8]) / b->mass));
     }
     if (body) *body = world->bodies;
     world->bodies++;
@@ -2953,6 +2966,7 @@ typedef struct ecp_i_motion {
     int dynamic, island;
     int at;                       /* of its six unknowns in the island's vector */
     int loads;                    /* patches that carry it */
+    ecp_real load, above;         /* its mass and what it carries, on these patches together */
     ecp_real R0[9];               /* rotation at the beginning of the step */
     ecp_real inertia[9];          /* about the centre of mass, world axes, beginning of the step */
     ecp_real kick[6];             /* p_app + p_vp of equ:discrete_NE */
@@ -2965,6 +2979,7 @@ typedef struct ecp_i_motion {
     ecp_real R[9];        /* rotation at the end, R0 + T R0 */
     ecp_real residual[6]; /* of equ:discrete_NE, unscaled */
     ecp_real floor[2];    /* the sizes of its terms, linear and angular, for the rounding floor */
+    ecp_real noise;       /* of the velocity, where it meets other bodies, m/s */
 } ecp_i_motion;
 
 /* Moves the body to where the velocity change dv takes it: v = v0 + dv, x = x0 + h v. Changes are
@@ -3044,7 +3059,8 @@ typedef struct ecp_i_pair {
     int at, count;             /* of its unknowns in the island's vector */
     ecp_real mu, e[3], direction[3];
     ecp_real L, V, P;      /* units of length, velocity, impulse */
-    ecp_i_motion *carried; /* the body whose momentum P is measured by */
+    ecp_i_motion *carried; /* the body that rests on the other, against gravity */
+    ecp_real weight[3];    /* of the load, as an impulse upwards in units P */
     ecp_real e_scaled[3], rho;
     ecp_real offset[3]; /* x_A - x_B at the beginning of the step */
 
@@ -3757,16 +3773,16 @@ typedef struct ecp_i_front {
     int rank_g;                    /* of the forces that the open velocities change */
     int left_c, left_b;            /* passed on to the parent */
     int piv_c[6], piv_b[6], piv_m[6], piv_g[6];
-    ecp_real *R;          /* v1 + R (v2, u) = c, rank_c rows of 7 + width */
-    ecp_real *W;          /* momentum in the order of piv_b: forces from velocities, then v2 */
-    ecp_real *G;          /* open velocities, from those and u: rows of open + width + 1 */
-    ecp_real *Bt;         /* forces + open rows of 6 + width: reflectors and R */
+    ecp_real *R;  /* v1 + R (v2, u) = c, rank_c rows of 7 + width */
+    ecp_real *W;  /* momentum in the order of piv_b: forces from velocities, then v2 */
+    ecp_real *G;  /* open velocities, from those and u: rows of open + width + 1 */
+    ecp_real *Bt; /* forces + open rows of 6 + width: reflectors and R */
     ecp_real *tau_b, *tau_l;
-    ecp_real *x;          /* the forces, in orthogonal combinations; then the open velocities */
-    ecp_real *C;          /* constraints x (7 + width), on the stack */
-    ecp_real *M;          /* (6 + width) x (7 + width), on the stack */
-    ecp_real *pass;       /* on the stack: left C, left B^T, and M of the others */
-    size_t level;         /* of the stack, before `pass` */
+    ecp_real *x;    /* the forces, in orthogonal combinations; then the open velocities */
+    ecp_real *C;    /* constraints x (7 + width), on the stack */
+    ecp_real *M;    /* (6 + width) x (7 + width), on the stack */
+    ecp_real *pass; /* on the stack: left C, left B^T, and M of the others */
+    size_t level;   /* of the stack, before `pass` */
 } ecp_i_front;
 
 typedef struct ecp_i_tree {
@@ -3972,8 +3988,7 @@ static void ecp_i_front_constrain(ecp_i_front *f, ecp_real *tau)
 static void ecp_i_front_balance(ecp_i_front *f)
 {
     int ld = 7 + f->width, ldb = 6 + f->width, i, j, k;
-    f->rank_b =
-        ecp_i_qr(f->forces, 6, ldb, f->Bt, ldb, f->tau_b, f->piv_b, ECP_I_SAME_FORCE, 0);
+    f->rank_b = ecp_i_qr(f->forces, 6, ldb, f->Bt, ldb, f->tau_b, f->piv_b, ECP_I_SAME_FORCE, 0);
     for (i = 0; i < 6; i++) {
         for (j = 0; j < ld; j++) f->W[ld * i + j] = f->M[ld * f->piv_b[i] + j];
     }
@@ -4064,8 +4079,8 @@ static void ecp_i_front_pass(ecp_i_front *f, int left, ecp_real *tau, int *piv)
     int n = f->width, ld = 7 + n, ldb = 6 + n, i, j;
     ecp_real *C = f->C + ld * f->rank_c + 6, *B = f->Bt + ldb * f->rank_b + 6, *to = f->pass;
     ecp_real acts = f->rank_b > 0 ? ecp_i_abs(f->Bt[0]) : ECP_R(0);
-    f->left_c = ecp_i_qr(left, n, n + 1, C, ld, tau, piv, ECP_I_SAME_CONSTRAINT,
-                         ECP_I_SAME_CONSTRAINT);
+    f->left_c =
+        ecp_i_qr(left, n, n + 1, C, ld, tau, piv, ECP_I_SAME_CONSTRAINT, ECP_I_SAME_CONSTRAINT);
     for (i = 0; i < f->left_c; i++, to += n + 1) {
         for (j = 0; j < n; j++) to[piv[j]] = j >= i ? C[ld * i + j] : ECP_R(0);
         to[n] = C[ld * i + n];
@@ -4127,8 +4142,7 @@ static void ecp_i_front_patch(const ecp_i_tree *t, ecp_i_front *f, const ecp_i_p
         for (side = 0; side < 2; side++) {
             for (j = 0; slot[side] >= 0 && j < 6; j++) {
                 if (size > 0) C[slot[side] + j] = A[ld * row + at[side] + j] / size;
-                Bt[slot[side] + j] =
-                    A[ld * (at[side] + j) + row] / ecp_i_force_weight(c, i);
+                Bt[slot[side] + j] = A[ld * (at[side] + j) + row] / ecp_i_force_weight(c, i);
             }
         }
         C[ldc - 1] = size > 0 ? A[ld * row + ld - 1] / size : ECP_R(0);
@@ -4139,7 +4153,8 @@ static void ecp_i_front_patch(const ecp_i_tree *t, ecp_i_front *f, const ecp_i_p
             ecp_real *M = f->M + ldc * (slot[side] + i);
             M[ldc - 1] += row[ld - 1];
             for (other = 0; other < 2; other++) {
-                for (j = 0; slot[other] >= 0 && j < 6; j++) M[slot[other] + j] += row[at[other] + j];
+                for (j = 0; slot[other] >= 0 && j < 6; j++)
+                    M[slot[other] + j] += row[at[other] + j];
             }
         }
     }
@@ -4318,6 +4333,17 @@ typedef struct ecp_i_island {
     ecp_i_tree tree;
 } ecp_i_island;
 
+/* Velocities that move a body within a step by less than the rounding error of a gap between two
+   bodies, or than `small` lengths, can not be told from zero. (A half-space's gap is known to its
+   increments.) */
+static void ecp_i_pair_noise(const ecp_i_pair *c, ecp_real h, ecp_real small)
+{
+    ecp_real noise = (c->d_noise + small * c->L) / h;
+    if (c->plane) return;
+    c->ma->noise = ecp_i_max(c->ma->noise, noise);
+    c->mb->noise = ecp_i_max(c->mb->noise, noise);
+}
+
 /* F at z = (six scaled velocity changes a body, then the patches), and the largest |F_i| above its
    rounding floor. */
 static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real tau, ecp_real *F)
@@ -4334,6 +4360,7 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real ta
         ecp_i_sub(m->residual + 3, m->kick + 3, m->residual + 3);
         m->floor[0] = ecp_i_norm(m->kick);
         m->floor[1] = ecp_i_norm(m->kick + 3);
+        m->noise = 0;
     }
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
@@ -4341,6 +4368,7 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real ta
         c->tau = tau;
         ecp_i_pair_evaluate(c, z + c->at, s->h);
         ecp_i_pair_residual(c, z + c->at, s->h, F + c->at);
+        ecp_i_pair_noise(c, s->h, 0);
         if (c->ma->dynamic) ecp_i_wrench(c, c->ma, c->ra, 1);
         if (c->mb->dynamic) ecp_i_wrench(c, c->mb, c->rb, -1);
         for (r = c->at; r < c->at + c->count; r++) {
@@ -4357,7 +4385,7 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real ta
             ecp_real scale = k < 3 ? unit : unit * m->length, size;
             F[6 * i + k] = m->residual[k] / scale;
             size = ecp_i_abs(F[6 * i + k]) - 16 * ECP_I_EPSILON * m->floor[k / 3] / scale;
-            ecp_i_worst(&worst, size);
+            ecp_i_worst(&worst, size - m->noise / m->speed);
         }
     }
     return worst;
@@ -4525,7 +4553,7 @@ static ecp_real ecp_i_content(ecp_real tolerance)
 static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, int limit,
                         ecp_real tau, ecp_real *z, ecp_i_effort *effort)
 {
-    ecp_real merits[ECP_I_MEMORY], error, largest, before, best, merit, t;
+    ecp_real merits[ECP_I_MEMORY], error, largest, before, above, best, merit, t;
     int i, k;
     error = p->residual(p->self, z, tau, p->F);
     effort->evaluations++;
@@ -4539,6 +4567,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
         best = merits[0];
         for (i = 1; i < ECP_I_MEMORY; i++) best = ecp_i_max(best, merits[i]);
         before = largest;
+        above = error;
         for (t = 1;; t /= 2) {
             if (t < ECP_R(1e-3)) return 0;
             for (i = 0; i < p->n; i++) p->trial[i] = z[i] + t * p->dz[i];
@@ -4550,7 +4579,10 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
         ECPSIM_MEMCPY(z, p->trial, (size_t)p->n * sizeof(ecp_real));
         largest = ecp_i_largest(p->n, p->F);
         if (largest <= ecp_i_aim(tolerance)) return 1;
-        if (error <= tolerance && 2 * largest > before) return 1;
+        if (error <= tolerance && 2 * largest > before &&
+            (error <= ecp_i_aim(tolerance) || 2 * error > above)) {
+            return 1;
+        }
         merits[k % ECP_I_MEMORY] = merit;
     }
     return error <= tolerance;
@@ -4959,6 +4991,15 @@ static void ecp_i_pair_nearest(const ecp_i_pair *c, ecp_real at_a[3], ecp_real a
     ecp_i_mul_t(B.Q, x, at_b);
 }
 
+/* The impulse to start with, for a predicted gap in h vs and the normal n out of A: the load where
+   the bodies would overlap; and what hangs together as it falls (a stack) has its load as well. */
+static ecp_real ecp_i_start_load(const ecp_i_pair *c, const ecp_real n[3], ecp_real gap)
+{
+    ecp_real weight = -ecp_i_dot(n, c->weight), p = ecp_i_min(1, ecp_i_max(0, -gap));
+    if (c->carried == c->mb) weight = -weight;
+    return ecp_i_max(p, ecp_i_min(weight, weight - gap));
+}
+
 /* A geometric start at the present trial motion: support points, or nearest points, their
    normal-cone multipliers, and p_n on where the gap is negative. `guess`: an ECP (frame of A) to
    prefer, or NULL. */
@@ -5003,10 +5044,8 @@ static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *gue
         reach = ECP_R(1e-3) * c->b->shape.radius;
         ecp_i_cone_multipliers(c->nm, c->fb, c->gb, local, reach, y + ecp_i_at_m(c));
     }
-    /* the carried body's patches share the load alike */
-    if (gap < 0) {
-        y[ecp_i_at_p(c)] = ecp_i_min(1, -gap / (h * c->V)) / (ecp_real)c->carried->loads;
-    }
+    gap /= h * c->V;
+    y[ecp_i_at_p(c)] = ecp_i_start_load(c, n, gap);
 }
 /* >>step ================================================================================== */
 
@@ -5086,7 +5125,7 @@ static size_t ecp_i_tree_reals(const ecp_world_desc *d)
     size_t u = 6 * (n - 1 < 12 ? n - 1 : 12);
     size_t left = n > 8 ? 8 : (size_t)ecp_i_most_unknowns(d);
     size_t met = patches * left + n * u, front = (n > 8 ? 32 * left : met) + 6;
-    return n * (19 * (7 + u) + u + 12) + (met + 6 * n) * (7 + u) + /* lasting */
+    return n * (19 * (7 + u) + u + 12) + (met + 6 * n) * (7 + u) +          /* lasting */
            front * (7 + u) + (6 + u) * (7 + u) + (n + 1) * 2 * u * (u + 1); /* stack */
 }
 
@@ -5145,7 +5184,13 @@ ECP_DEF ecp_status ecp_world_init(ecp_world **world, const ecp_world_desc *desc,
     need = ecp_world_memsize(desc);
     if (bytes < need) return ECP_MEMORY_SMALL;
     ECPSIM_MEMSET(mem, 0, need);
-    w->desc = *desc;
+    /* field by field: padding stays zero, and equal worlds are equal bytes */
+    w->desc.max_bodies = desc->max_bodies;
+    w->desc.max_shapes = desc->max_shapes;
+    w->desc.max_patches = desc->max_patches;
+    w->desc.max_inequalities = desc->max_inequalities;
+    w->desc.solver_bytes = desc->solver_bytes;
+    ecp_i_copy3(desc->gravity, w->desc.gravity);
     ecp_i_carve_world(&arena, w);
     *world = w;
     return ECP_OK;
@@ -5350,14 +5395,12 @@ static void ecp_i_label_islands(ecp_i_step *s)
 
 /* >>solve: one island */
 
-/* Units. Velocity: the fastest free motion, or g h; never below what moves a body by 64 rounding
-   units of its size, where nothing could be told from noise. Impulse: the momentum m vs of the body
-   that is carried, the upper one of two. */
-static void ecp_i_island_units(ecp_i_island *s)
+/* vs: the fastest free motion, or g h; never below what moves a body by 64 rounding units of its
+   size, where nothing could be told from noise. */
+static ecp_real ecp_i_island_speed(const ecp_i_island *s)
 {
-    const ecp_real *g = s->world->desc.gravity;
-    ecp_real speed = s->h * ecp_i_norm(g), up[3];
-    int i, k;
+    ecp_real speed = s->h * ecp_i_norm(s->world->desc.gravity);
+    int i;
     for (i = 0; i < s->body_count; i++) {
         const ecp_i_motion *m = s->motions + s->bodies[i];
         speed = ecp_i_max(speed, 64 * ECP_I_EPSILON * m->length / s->h);
@@ -5370,24 +5413,64 @@ static void ecp_i_island_units(ecp_i_island *s)
         const ecp_i_motion *other = c->mb->dynamic ? c->ma : c->mb;
         if (!other->dynamic) speed = ecp_i_max(speed, ecp_i_norm(other->v));
     }
+    return ecp_i_power_of_two(speed);
+}
+
+/* Which of a patch's bodies is carried: the upper one; without gravity the lighter one. */
+static ecp_i_motion *ecp_i_carried(const ecp_i_island *s, const ecp_i_pair *c)
+{
+    const ecp_real *g = s->world->desc.gravity;
+    if (!c->ma->dynamic || !c->mb->dynamic) return c->ma->dynamic ? c->ma : c->mb;
+    if (!(ecp_i_norm(g) > 0)) return c->mb->mass < c->ma->mass ? c->mb : c->ma;
+    return ecp_i_dot(g, c->offset) > 0 ? c->mb : c->ma;
+}
+
+/* The mass that rests on each patch: a body's own and what it carries, shared alike by the patches
+   that carry it. Passed down from patch to patch, as often as the island is high. */
+static void ecp_i_island_loads(ecp_i_island *s)
+{
+    int i, changed = 1, rounds;
     for (i = 0; i < s->body_count; i++) {
-        s->motions[s->bodies[i]].speed = speed;
         s->motions[s->bodies[i]].loads = 0;
+        s->motions[s->bodies[i]].load = 0;
     }
     for (i = 0; i < s->pair_count; i++) {
-        ecp_i_pair *c = s->pairs[i];
-        ecp_i_motion *carried = c->ma->dynamic ? c->ma : c->mb;
-        c->V = speed;
-        c->L = carried->length;
-        if (c->ma->dynamic && c->mb->dynamic) {
-            ecp_i_scale(-1, g, up);
-            if (ecp_i_dot(up, c->offset) < 0) carried = c->mb;
-            if (!(ecp_i_norm(g) > 0) && c->mb->mass < c->ma->mass) carried = c->mb;
-            c->L = ecp_i_min(c->ma->length, c->mb->length);
+        s->pairs[i]->carried = ecp_i_carried(s, s->pairs[i]);
+        s->pairs[i]->carried->loads++;
+    }
+    for (rounds = 0; changed && rounds <= s->body_count; rounds++) {
+        for (i = 0; i < s->body_count; i++) {
+            ecp_i_motion *m = s->motions + s->bodies[i];
+            m->above = m->mass;
         }
-        c->P = carried->mass * speed;
-        c->carried = carried;
-        carried->loads++;
+        for (i = 0; i < s->pair_count; i++) {
+            ecp_i_pair *c = s->pairs[i];
+            ecp_i_motion *carrier = c->carried == c->ma ? c->mb : c->ma;
+            if (carrier->dynamic) carrier->above += c->carried->load / (ecp_real)c->carried->loads;
+        }
+        for (i = 0, changed = 0; i < s->body_count; i++) {
+            ecp_i_motion *m = s->motions + s->bodies[i];
+            changed |= m->above != m->load;
+            m->load = m->above;
+        }
+    }
+}
+
+/* Units of the unknowns and rows. Impulse: the load times vs. */
+static void ecp_i_island_units(ecp_i_island *s)
+{
+    ecp_real speed = ecp_i_island_speed(s), load;
+    int i, k;
+    ecp_i_island_loads(s);
+    for (i = 0; i < s->body_count; i++) s->motions[s->bodies[i]].speed = speed;
+    for (i = 0; i < s->pair_count; i++) {
+        ecp_i_pair *c = s->pairs[i];
+        c->V = speed;
+        c->L = c->carried->length;
+        if (c->ma->dynamic && c->mb->dynamic) c->L = ecp_i_min(c->ma->length, c->mb->length);
+        load = c->carried->load / (ecp_real)c->carried->loads;
+        c->P = ecp_i_power_of_two(load * speed);
+        ecp_i_scale(-s->h * load / c->P, s->world->desc.gravity, c->weight);
         c->rho = 1;
         for (k = 0; k < c->nf; k++) {
             ecp_real e = k < 2 ? c->e[k] : c->e[k] / c->L;
@@ -5460,7 +5543,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
 {
     static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)}, none[3] = {0, 0, 0};
     ecp_i_island *s = (ecp_i_island *)self;
-    ecp_real aside[3], dv[6], part = k < 2 || k > 5 ? ECP_R(1) : parts[k - 2];
+    ecp_real aside[3], dv[6], noise, part = k < 2 || k > 5 ? ECP_R(1) : parts[k - 2];
     int i, j;
     if (k > 9) return 0;
     for (i = 0; i < s->body_count; i++) {
@@ -5471,6 +5554,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
             z[6 * i + j] = dv[j] / (j < 3 ? m->speed : m->speed / m->length);
             m->residual[j] = 0;
         }
+        m->noise = 0;
         ecp_i_move(m, s->h, dv);
     }
     for (i = 0; i < s->pair_count; i++) {
@@ -5493,6 +5577,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         }
         if (warm) ecp_i_start_impulses(s, c, z + c->at);
         ecp_i_pair_evaluate(c, z + c->at, s->h);
+        ecp_i_pair_noise(c, s->h, 2 * s->noise);
         if (c->ma->dynamic) ecp_i_wrench(c, c->ma, warm ? c->ra : none, 1);
         if (c->mb->dynamic) ecp_i_wrench(c, c->mb, warm ? c->rb : none, -1);
     }
@@ -5502,7 +5587,10 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         for (j = 0; j < 6; j++) {
             ecp_real unit = j < 3 ? m->speed : m->speed / m->length;
             dv[j] = m->free[j] - dv[j];
-            if (ecp_i_abs(m->body->v[j] + dv[j]) <= s->noise * unit) dv[j] = -m->body->v[j];
+            noise = s->noise * unit + m->noise * (j < 3 ? 1 : 1 / m->length);
+            if (ecp_i_abs(m->body->v[j] + (m->body->v_carry[j] + dv[j])) <= noise) {
+                dv[j] = -m->body->v[j] - m->body->v_carry[j];
+            }
             z[6 * i + j] = dv[j] / unit;
         }
     }

@@ -93,6 +93,11 @@
    allocated. The stack stays small and bounded. A world contains no address of itself: copying the
    block copies the world, copying it back restores it. Different worlds may run on different threads.
 
+   BODIES THAT GO
+   ecp_body_remove() takes a body and its shapes out between steps. Indices never move: those of the
+   others stay, the free ones go to what is added next, the lowest first. A loop over all bodies runs
+   to ecp_world_body_count() and leaves out those of which ecp_body_get_state() says ECP_BAD_INDEX.
+
    ERRORS
    Every call that can fail returns ecp_status: zero is success, ecp_status_string() a sentence.
    Bad input (NaN, negative sizes, a tetrahedron that is open, ...) always gets its own status and
@@ -190,6 +195,7 @@ typedef double ecp_real;
 #define ecp_material_default ecp_f32_material_default
 #define ecp_body_desc_default ecp_f32_body_desc_default
 #define ecp_body_add ecp_f32_body_add
+#define ecp_body_remove ecp_f32_body_remove
 #define ecp_body_add_shape ecp_f32_body_add_shape
 #define ecp_body_get_state ecp_f32_body_get_state
 #define ecp_body_set_state ecp_f32_body_set_state
@@ -505,6 +511,10 @@ ECP_DEF ecp_status ecp_world_init(ecp_world **world, const ecp_world_desc *desc,
 ECP_DEF size_t ecp_world_state_size(const ecp_world *world);
 
 ECP_DEF ecp_status ecp_world_set_gravity(ecp_world *world, const ecp_real gravity[3]);
+
+/* One more than the highest index of a body, or of a shape, that is in the world. Indices that
+   ecp_body_remove has freed lie between the others, and count; ecp_body_get_state and ecp_shape_get,
+   with NULL for all that they could give, return ECP_OK where there is a body, or a shape. */
 ECP_DEF int ecp_world_body_count(const ecp_world *world);
 ECP_DEF int ecp_world_shape_count(const ecp_world *world);
 
@@ -528,15 +538,22 @@ typedef struct ecp_body_desc {
 /* A dynamic body of 1 kg and inertia 1 kg m^2 at rest at the origin. */
 ECP_DEF ecp_body_desc ecp_body_desc_default(void);
 
-/* Adds a body; its index, counted from 0 in the order of the calls, goes to *body (if not NULL). */
+/* Adds a body; its index goes to *body (if not NULL). It is the lowest one that is free: counted from
+   0 in the order of the calls, as long as no body is removed. */
 ECP_DEF ecp_status ecp_body_add(ecp_world *world, const ecp_body_desc *desc, int *body);
+
+/* Removes a body and its shapes, between steps. All other bodies and shapes keep their indices and
+   the history of their contacts; the contacts of the removed shapes are no longer reported, and what
+   lay on them falls in the next step. The indices that are free now return ECP_BAD_INDEX until a body
+   or a shape that is added takes them, and cost nothing in a step. */
+ECP_DEF ecp_status ecp_body_remove(ecp_world *world, int body);
 
 /* Friction of a primitive's surface: the ellipsoid law (equation:friction) with the coefficient mu
    and the constants e_t, e_o (dimensionless) and e_r (a length: torsion e_r mu p_n). Between two
    primitives mu and the e are the geometric means. Where e_t differs from e_o, e_t holds along
    `direction`, a vector of the primitive's frame projected on the contact plane (without one: along
-   some axis of the world); the primitive that has a direction (not zero) gives it, the first-added
-   one if both have. It is taken where the step begins. */
+   some axis of the world); the primitive that has a direction (not zero) gives it, the one of lower
+   index if both have. It is taken where the step begins. */
 typedef struct ecp_material {
     ecp_real mu;
     ecp_real e_t, e_o, e_r;
@@ -548,9 +565,9 @@ ECP_DEF ecp_material ecp_material_default(void);
 
 /* Adds a primitive to a body, posed in the body's frame by position (NULL: the origin) and rotation
    (NULL: none). The shape and the material (NULL: the default) are copied; what the shape points to
-   (planes and vertices of a polytope, user data) is not and must outlive the world. The index,
-   counted over all bodies, goes to *shape_index (if not NULL). Primitives of one body never touch
-   each other. */
+   (planes and vertices of a polytope, user data) is not and must outlive the world. The index, the
+   lowest free one over all bodies, goes to *shape_index (if not NULL). Primitives of one body never
+   touch each other. */
 ECP_DEF ecp_status ecp_body_add_shape(ecp_world *world, int body, const ecp_shape *shape,
                                       const ecp_real position[3], const ecp_real rotation[4],
                                       const ecp_material *material, int *shape_index);
@@ -2515,6 +2532,9 @@ ECP_DEF void ecp_mass_add(ecp_mass *total, const ecp_mass *part, const ecp_real 
 }
 /* >>world ================================================================================= */
 
+/* the kind of a body, and the body of a part, whose index is free; the rest of it is zero */
+enum { ECP_I_FREE = -1 };
+
 typedef struct ecp_i_body {
     ecp_real mass, length; /* length: of the body's inertia, sqrt(trace(I) / mass), about */
     ecp_real inertia[9];
@@ -2544,7 +2564,8 @@ typedef struct ecp_i_patch {
 
 struct ecp_world {
     ecp_world_desc desc;
-    int bodies, shapes, patches;
+    int bodies, shapes, patches;   /* bodies and shapes: indices in use up to the highest one */
+    int lowest_body, lowest_shape; /* no index below is free */
     size_t bodies_at, parts_at, patches_at, multipliers_at, state_bytes, bytes;
 };
 
@@ -2750,10 +2771,39 @@ static ecp_status ecp_i_check_pose(const ecp_real *position, const ecp_real *rot
     return ecp_i_quat_normalise(q) && ecp_i_all_finite(4, q) ? ECP_OK : ECP_BAD_ROTATION;
 }
 
+/* the body with this index, or NULL where there is none */
+static ecp_i_body *ecp_i_find_body(const ecp_world *w, int body)
+{
+    if (body < 0 || body >= w->bodies || ecp_i_bodies(w)[body].kind == ECP_I_FREE) return NULL;
+    return ecp_i_bodies(w) + body;
+}
+
+static ecp_i_part *ecp_i_find_part(const ecp_world *w, int shape)
+{
+    if (shape < 0 || shape >= w->shapes || ecp_i_parts(w)[shape].body == ECP_I_FREE) return NULL;
+    return ecp_i_parts(w) + shape;
+}
+
+/* the lowest free index; max_bodies, max_shapes where there is none */
+static int ecp_i_next_body(const ecp_world *w)
+{
+    int i = w->lowest_body;
+    while (i < w->bodies && ecp_i_bodies(w)[i].kind != ECP_I_FREE) i++;
+    return i;
+}
+
+static int ecp_i_next_part(const ecp_world *w)
+{
+    int i = w->lowest_shape;
+    while (i < w->shapes && ecp_i_parts(w)[i].body != ECP_I_FREE) i++;
+    return i;
+}
+
 ECP_DEF ecp_status ecp_body_add(ecp_world *world, const ecp_body_desc *desc, int *body)
 {
     ecp_i_body *b;
     ecp_status status;
+    int at;
     if (!world || !desc) return ECP_BAD_POINTER;
     if (desc->kind != ECP_STATIC && desc->kind != ECP_KINEMATIC && desc->kind != ECP_DYNAMIC) {
         return ECP_BAD_KIND;
@@ -2771,8 +2821,9 @@ ECP_DEF ecp_status ecp_body_add(ecp_world *world, const ecp_body_desc *desc, int
         status = ecp_i_check_inertia(desc->inertia);
         if (status != ECP_OK) return status;
     }
-    if (world->bodies >= world->desc.max_bodies) return ECP_CAPACITY;
-    b = ecp_i_bodies(world) + world->bodies;
+    at = ecp_i_next_body(world);
+    if (at >= world->desc.max_bodies) return ECP_CAPACITY;
+    b = ecp_i_bodies(world) + at;
     ECPSIM_MEMSET(b, 0, sizeof *b);
     b->kind = (int)desc->kind;
     ecp_i_copy3(desc->position, b->x);
@@ -2788,8 +2839,56 @@ ECP_DEF ecp_status ecp_body_add(ecp_world *world, const ecp_body_desc *desc, int
         b->length = ecp_i_power_of_two(
             ecp_i_sqrt((b->inertia[0] + b->inertia[4] + b->inertia[8]) / b->mass));
     }
-    if (body) *body = world->bodies;
-    world->bodies++;
+    world->lowest_body = at + 1;
+    if (at == world->bodies) world->bodies++;
+    if (body) *body = at;
+    return ECP_OK;
+}
+
+/* drops the patches of parts that are gone; the others keep their order */
+static void ecp_i_drop_patches(ecp_world *w)
+{
+    ecp_i_patch *list = ecp_i_patches(w);
+    int i, kept = 0;
+    for (i = 0; i < w->patches; i++) {
+        const ecp_contact *c = &list[i].contact;
+        if (!ecp_i_find_part(w, c->shape_a) || !ecp_i_find_part(w, c->shape_b)) continue;
+        if (kept < i) {
+            list[kept] = list[i];
+            ECPSIM_MEMCPY(ecp_i_multipliers(w, kept), ecp_i_multipliers(w, i),
+                          (size_t)w->desc.max_inequalities * sizeof(ecp_real));
+        }
+        kept++;
+    }
+    w->patches = kept;
+}
+
+ECP_DEF ecp_status ecp_body_remove(ecp_world *world, int body)
+{
+    ecp_i_body *b;
+    ecp_i_part *parts;
+    int i;
+    if (!world) return ECP_BAD_POINTER;
+    b = ecp_i_find_body(world, body);
+    if (!b) return ECP_BAD_INDEX;
+    ECPSIM_MEMSET(b, 0, sizeof *b);
+    b->kind = ECP_I_FREE;
+    if (body < world->lowest_body) world->lowest_body = body;
+    parts = ecp_i_parts(world);
+    for (i = world->shapes - 1; i >= 0; i--) {
+        if (parts[i].body != body) continue;
+        ECPSIM_MEMSET(parts + i, 0, sizeof *parts);
+        parts[i].body = ECP_I_FREE;
+        if (i < world->lowest_shape) world->lowest_shape = i;
+    }
+    ecp_i_drop_patches(world);
+    /* beyond the highest index the block is as if nothing had been there */
+    while (world->bodies > 0 && ecp_i_bodies(world)[world->bodies - 1].kind == ECP_I_FREE) {
+        ecp_i_bodies(world)[--world->bodies].kind = 0;
+    }
+    while (world->shapes > 0 && parts[world->shapes - 1].body == ECP_I_FREE) {
+        parts[--world->shapes].body = 0;
+    }
     return ECP_OK;
 }
 
@@ -2810,22 +2909,23 @@ ECP_DEF ecp_status ecp_body_add_shape(ecp_world *world, int body, const ecp_shap
     ecp_material m = ecp_material_default();
     ecp_real q[4];
     ecp_status status;
+    const ecp_i_body *b;
     ecp_i_part *p;
+    int at;
     if (!world || !shape || !shape->cls) return ECP_BAD_POINTER;
-    if (body < 0 || body >= world->bodies) return ECP_BAD_INDEX;
-    if (shape->kind == ECP_HALF_SPACE && ecp_i_bodies(world)[body].kind == ECP_DYNAMIC) {
-        return ECP_BAD_KIND;
-    }
+    b = ecp_i_find_body(world, body);
+    if (!b) return ECP_BAD_INDEX;
+    if (shape->kind == ECP_HALF_SPACE && b->kind == ECP_DYNAMIC) return ECP_BAD_KIND;
     status = ecp_i_check_pose(position, rotation);
     if (status != ECP_OK) return status;
     if (material) m = *material;
     status = ecp_i_check_material(&m);
     if (status != ECP_OK) return status;
-    if (world->shapes >= world->desc.max_shapes ||
-        shape->inequalities > world->desc.max_inequalities) {
+    at = ecp_i_next_part(world);
+    if (at >= world->desc.max_shapes || shape->inequalities > world->desc.max_inequalities) {
         return ECP_CAPACITY;
     }
-    p = ecp_i_parts(world) + world->shapes;
+    p = ecp_i_parts(world) + at;
     ECPSIM_MEMSET(p, 0, sizeof *p);
     ECPSIM_MEMCPY(&p->shape, shape, sizeof p->shape);
     p->material = m;
@@ -2836,8 +2936,9 @@ ECP_DEF ecp_status ecp_body_add_shape(ecp_world *world, int body, const ecp_shap
     if (rotation) ECPSIM_MEMCPY(q, rotation, sizeof q);
     ecp_i_quat_normalise(q);
     ecp_quat_to_matrix(q, p->rotation);
-    if (shape_index) *shape_index = world->shapes;
-    world->shapes++;
+    world->lowest_shape = at + 1;
+    if (at == world->shapes) world->shapes++;
+    if (shape_index) *shape_index = at;
     return ECP_OK;
 }
 
@@ -2847,8 +2948,8 @@ ECP_DEF ecp_status ecp_body_get_state(const ecp_world *world, int body, ecp_real
 {
     const ecp_i_body *b;
     if (!world) return ECP_BAD_POINTER;
-    if (body < 0 || body >= world->bodies) return ECP_BAD_INDEX;
-    b = ecp_i_bodies(world) + body;
+    b = ecp_i_find_body(world, body);
+    if (!b) return ECP_BAD_INDEX;
     if (position) ecp_i_copy3(b->x, position);
     if (rotation) ECPSIM_MEMCPY(rotation, b->q, sizeof b->q);
     if (velocity) ecp_i_copy3(b->v, velocity);
@@ -2863,8 +2964,8 @@ ECP_DEF ecp_status ecp_body_set_state(ecp_world *world, int body, const ecp_real
     ecp_i_body *b;
     ecp_status status;
     if (!world) return ECP_BAD_POINTER;
-    if (body < 0 || body >= world->bodies) return ECP_BAD_INDEX;
-    b = ecp_i_bodies(world) + body;
+    b = ecp_i_find_body(world, body);
+    if (!b) return ECP_BAD_INDEX;
     status = ecp_i_check_pose(position, rotation);
     if (status != ECP_OK) return status;
     if ((velocity && !ecp_i_all_finite(3, velocity)) ||
@@ -2899,8 +3000,8 @@ static ecp_status ecp_i_apply(ecp_world *world, int body, const ecp_real *linear
     ecp_real arm[3], sum[6], *total;
     int k;
     if (!world || (!linear && !angular)) return ECP_BAD_POINTER;
-    if (body < 0 || body >= world->bodies) return ECP_BAD_INDEX;
-    b = ecp_i_bodies(world) + body;
+    b = ecp_i_find_body(world, body);
+    if (!b) return ECP_BAD_INDEX;
     if (b->kind != ECP_DYNAMIC) return ECP_BAD_KIND;
     total = impulse ? b->impulse : b->force;
     ECPSIM_MEMCPY(sum, total, sizeof sum);
@@ -2945,8 +3046,8 @@ ECP_DEF ecp_status ecp_shape_get(const ecp_world *world, int shape_index, const 
     const ecp_i_body *b;
     ecp_real R[9], offset[3];
     if (!world) return ECP_BAD_POINTER;
-    if (shape_index < 0 || shape_index >= world->shapes) return ECP_BAD_INDEX;
-    p = ecp_i_parts(world) + shape_index;
+    p = ecp_i_find_part(world, shape_index);
+    if (!p) return ECP_BAD_INDEX;
     b = ecp_i_bodies(world) + p->body;
     ecp_quat_to_matrix(b->q, R);
     if (shape) *shape = &p->shape;
@@ -2958,6 +3059,13 @@ ECP_DEF ecp_status ecp_shape_get(const ecp_world *world, int shape_index, const 
     if (rotation) ecp_i_matmul(R, p->rotation, rotation);
     return ECP_OK;
 }
+
+/* can the two ever make a patch, wherever they are? */
+static int ecp_i_may_meet(const ecp_i_part *a, const ecp_i_part *b)
+{
+    return a->body != ECP_I_FREE && b->body != ECP_I_FREE;
+}
+
 /* >>motion ================================================================================
    A body within a step: what is known at its beginning, and where a trial velocity takes it. */
 
@@ -5277,7 +5385,10 @@ static int ecp_i_pair_setup(const ecp_i_step *s, int i, int j, ecp_i_pair *c)
     const ecp_i_part *parts = ecp_i_parts(s->w);
     int swap = parts[i].shape.kind == ECP_HALF_SPACE;
     const ecp_i_part *a = parts + (swap ? j : i), *b = parts + (swap ? i : j);
-    ecp_i_motion *ma = s->motions + a->body, *mb = s->motions + b->body;
+    ecp_i_motion *ma, *mb;
+    if (!ecp_i_may_meet(a, b)) return 0;
+    ma = s->motions + a->body;
+    mb = s->motions + b->body;
     if (a->shape.kind == ECP_HALF_SPACE || ma == mb || (!ma->dynamic && !mb->dynamic)) return 0;
     ECPSIM_MEMSET(c, 0, sizeof *c);
     c->shape_a = swap ? j : i;
@@ -5893,7 +6004,7 @@ static ecp_status ecp_i_commit(ecp_i_step *s)
     for (i = 0; i < w->bodies; i++) {
         const ecp_i_motion *m = s->motions + i;
         ecp_i_body *b = bodies + i;
-        if (b->kind == ECP_STATIC) continue;
+        if (b->kind == ECP_STATIC || b->kind == ECP_I_FREE) continue;
         ecp_quat_advance(b->q, m->v + 3, s->h, b->q);
         for (k = 0; k < 3; k++) ecp_i_add_carried(b->x + k, b->x_carry + k, m->dx[k]);
         for (k = 0; m->dynamic && k < 6; k++) {
@@ -5934,7 +6045,8 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
         ecp_i_carve_step(&s.arena, world->bodies, world->desc.max_patches,
                          world->desc.max_inequalities, &s);
         for (i = 0; i < world->bodies; i++) {
-            ecp_i_predict(world, ecp_i_bodies(world) + i, h, s.motions + i);
+            const ecp_i_body *b = ecp_i_bodies(world) + i;
+            if (b->kind != ECP_I_FREE) ecp_i_predict(world, b, h, s.motions + i);
         }
         status = ecp_i_solve_all(&s);
         for (i = 0; i < world->bodies; i++) {
@@ -5985,7 +6097,9 @@ ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
     int i, at = 0, lo = shape_a < shape_b ? shape_a : shape_b,
            hi = shape_a < shape_b ? shape_b : shape_a;
     if (!world || !point) return ECP_BAD_POINTER;
-    if (lo < 0 || hi >= world->shapes || lo == hi) return ECP_BAD_INDEX;
+    if (!ecp_i_find_part(world, lo) || !ecp_i_find_part(world, hi) || lo == hi) {
+        return ECP_BAD_INDEX;
+    }
     if (!ecp_i_all_finite(3, point)) return ECP_NOT_FINITE;
     parts = ecp_i_parts(world);
     /* the ECP is kept on the primitive that a patch of the two calls A */
@@ -6167,7 +6281,7 @@ static void ecp_i_printed_body(const ecp_world *before, const ecp_world *after, 
                         ecp_i_relative(Iw[k] - wrench[3 + k] - torque, unit * b->length));
         }
     }
-    if (b->kind == ECP_STATIC) return;
+    if (b->kind == ECP_STATIC || b->kind == ECP_I_FREE) return;
     ecp_quat_advance(b->q, v + 3, h, q);
     for (k = 0; k < 4; k++) ecp_i_worst(&out->kinematic, ecp_i_abs(q[k] - a->q[k]));
     for (k = 0; k < 3; k++) {

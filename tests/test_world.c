@@ -833,6 +833,178 @@ static void world_test_failed_step(void)
     world_free(&f);
 }
 
+/* ---- bodies that go */
+
+/* a dynamic box of half sizes 0.2 at (x, 0, z), with its shape */
+static int world_add_cube(ecp_world *w, double x, double z, int *shape_index)
+{
+    ecp_body_desc d = ecp_body_desc_default();
+    ecp_shape shape = world_box(0.2, 0.2, 0.2);
+    int body = -1;
+    d.inertia[0] = d.inertia[4] = d.inertia[8] = ECP_R(0.03);
+    ecp_i_set3(ECP_R(x), 0, ECP_R(z), d.position);
+    CHECK(ecp_body_add(w, &d, &body) == ECP_OK);
+    CHECK(ecp_body_add_shape(w, body, &shape, NULL, NULL, NULL, shape_index) == ECP_OK);
+    return body;
+}
+
+/* ground, a cube on it, a second one on that, a third one on the ground beside them, at rest */
+static void world_cubes(world_fixture *f, double lower)
+{
+    ecp_world_desc desc = ecp_world_desc_default();
+    int k, index;
+    desc.max_bodies = desc.max_shapes = 4;
+    f->world = test_world(&desc);
+    f->bytes = ecp_world_memsize(&desc);
+    f->copy = (unsigned char *)malloc(f->bytes);
+    f->ground = test_ground(f->world, 0, 0, 1, NULL);
+    CHECK(world_add_cube(f->world, lower, 0.2, &index) == 1 && index == 1);
+    CHECK(world_add_cube(f->world, 0, 0.6, &index) == 2 && index == 2);
+    CHECK(world_add_cube(f->world, 2, 0.2, &index) == 3 && index == 3);
+    for (k = 0; k < 3; k++) CHECK(ecp_step(f->world, ECP_R(0.01), NULL, NULL) == ECP_OK);
+    memcpy(f->copy, f->world, f->bytes);
+}
+
+static void world_test_bad_remove(void)
+{
+    world_fixture f;
+    ecp_real v[3] = {1, 2, 3};
+    ecp_shape box = world_box(1, 1, 1);
+    static const int bad_index[4] = {-1, 4, INT_MAX, INT_MIN};
+    int i;
+    world_cubes(&f, 0);
+    WORLD_REFUSED(&f, ecp_body_remove(NULL, 0), ECP_BAD_POINTER);
+    for (i = 0; i < 4; i++) {
+        WORLD_REFUSED(&f, ecp_body_remove(f.world, bad_index[i]), ECP_BAD_INDEX);
+    }
+    CHECK(ecp_body_remove(f.world, 1) == ECP_OK);
+    CHECK(world_work_is_zero(f.world, f.bytes));
+    memcpy(f.copy, f.world, f.bytes);
+    WORLD_REFUSED(&f, ecp_body_remove(f.world, 1), ECP_BAD_INDEX);
+    WORLD_REFUSED(&f, ecp_body_get_state(f.world, 1, v, NULL, NULL, NULL), ECP_BAD_INDEX);
+    WORLD_REFUSED(&f, ecp_body_set_state(f.world, 1, v, NULL, NULL, NULL), ECP_BAD_INDEX);
+    WORLD_REFUSED(&f, ecp_body_apply_force(f.world, 1, v, NULL), ECP_BAD_INDEX);
+    WORLD_REFUSED(&f, ecp_body_apply_torque(f.world, 1, v), ECP_BAD_INDEX);
+    WORLD_REFUSED(&f, ecp_body_apply_impulse(f.world, 1, v, NULL), ECP_BAD_INDEX);
+    WORLD_REFUSED(&f, ecp_body_apply_angular_impulse(f.world, 1, v), ECP_BAD_INDEX);
+    WORLD_REFUSED(&f, ecp_body_add_shape(f.world, 1, &box, NULL, NULL, NULL, NULL), ECP_BAD_INDEX);
+    WORLD_REFUSED(&f, ecp_shape_get(f.world, 1, NULL, NULL, NULL, NULL), ECP_BAD_INDEX);
+    WORLD_REFUSED(&f, ecp_guess_ecp(f.world, 0, 1, v), ECP_BAD_INDEX);
+    WORLD_REFUSED(&f, ecp_guess_ecp(f.world, 1, 2, v), ECP_BAD_INDEX);
+    world_free(&f);
+}
+
+/* the lower cube goes: its contacts with it, the upper one falls freely, the one beside notices
+   nothing; and the index is taken again */
+static void world_test_remove(void)
+{
+    world_fixture f;
+    ecp_contact c, beside;
+    ecp_report r;
+    ecp_printed printed;
+    ecp_real x[3] = {0, 0, 0}, v[3] = {0, 0, 0}, h = ECP_R(0.01);
+    int i, index = -1;
+    world_cubes(&f, 0);
+    CHECK(ecp_contact_count(f.world) == 3);
+    CHECK(ecp_contact_get(f.world, 1, &beside) == ECP_OK && beside.shape_a == 3);
+    CHECK(ecp_body_remove(f.world, 1) == ECP_OK);
+    CHECK(ecp_world_body_count(f.world) == 4 && ecp_world_shape_count(f.world) == 4);
+    CHECK(ecp_contact_count(f.world) == 1 && ecp_contact_get(f.world, 0, &c) == ECP_OK);
+    CHECK(memcmp(&c, &beside, sizeof c) == 0);
+    CHECK(ecp_contact_get(f.world, 1, &c) == ECP_BAD_INDEX);
+    memcpy(f.copy, f.world, f.bytes);
+    CHECK(ecp_step(f.world, h, NULL, &r) == ECP_OK);
+    /* one island of a cube on the ground, started from its solution */
+    CHECK(r.islands == 1 && r.unknowns == 6 + 3 + 6 + 3 && r.iterations <= 1);
+    CHECK(ecp_body_get_state(f.world, 2, x, NULL, v, NULL) == ECP_OK);
+    CHECK_NEAR(v[2], -9.8 * 0.01, test_by(1e-12, 1e-5));
+    CHECK(ecp_body_get_state(f.world, 3, x, NULL, v, NULL) == ECP_OK);
+    CHECK_NEAR(x[2], 0.2, test_by(1e-12, 1e-6));
+    CHECK(ecp_printed_residual((const ecp_world *)(const void *)f.copy, f.world, h, &printed) ==
+          ECP_OK);
+    CHECK(printed.largest < ECP_R(test_by(1e-9, 1e-2)));
+    CHECK(world_work_is_zero(f.world, f.bytes));
+    /* the free index is taken, and by a body that may have any shape; then the world is full */
+    for (i = 0; i < 60; i++) CHECK(ecp_step(f.world, h, NULL, NULL) == ECP_OK);
+    CHECK(world_add_cube(f.world, 0.1, 0.6, &index) == 1 && index == 1);
+    for (i = 0; i < 60; i++) CHECK(ecp_step(f.world, h, NULL, NULL) == ECP_OK);
+    CHECK(ecp_body_get_state(f.world, 1, x, NULL, NULL, NULL) == ECP_OK);
+    CHECK_NEAR(x[2], 0.6, test_by(1e-9, 1e-4));
+    CHECK(ecp_contact_count(f.world) == 3);
+    /* the highest ones go: the counts follow */
+    CHECK(ecp_body_remove(f.world, 2) == ECP_OK && ecp_world_body_count(f.world) == 4);
+    CHECK(ecp_body_remove(f.world, 3) == ECP_OK && ecp_world_body_count(f.world) == 2);
+    CHECK(ecp_world_shape_count(f.world) == 2);
+    CHECK(ecp_body_remove(f.world, 0) == ECP_OK && ecp_contact_count(f.world) == 0);
+    CHECK(test_ground(f.world, 0, 0, 1, NULL) == 0);
+    CHECK(ecp_body_remove(f.world, 0) == ECP_OK && ecp_body_remove(f.world, 1) == ECP_OK);
+    CHECK(ecp_world_body_count(f.world) == 0 && ecp_world_shape_count(f.world) == 0);
+    CHECK(ecp_step(f.world, h, NULL, NULL) == ECP_OK);
+    world_free(&f);
+
+    /* what is added and removed between two steps leaves no trace, holes in the list or not */
+    world_cubes(&f, 0);
+    for (i = 3; i > 0; i--) {
+        CHECK(ecp_body_remove(f.world, i) == ECP_OK);
+        memcpy(f.copy, f.world, f.bytes);
+        world_add_cube(f.world, 0, 1, NULL);
+        CHECK(ecp_body_remove(f.world, i) == ECP_OK);
+        CHECK(memcmp(f.copy, f.world, f.bytes) == 0);
+        if (i == 2) world_add_cube(f.world, 0, 1, NULL);
+    }
+    world_free(&f);
+}
+
+/* A body with three shapes between those of others: all go, and their indices are taken in order.
+   Without it the others move as in a world where it never was, with the same work. */
+static void world_test_remove_many(void)
+{
+    enum { WITH, WITHOUT };
+    world_fixture f[2];
+    ecp_report r[2];
+    ecp_real a[13] = {0}, b[13] = {0}, at[3] = {0, 0, 0};
+    ecp_body_desc d = ecp_body_desc_default();
+    ecp_shape small = world_box(0.1, 0.1, 0.1);
+    int k, i, index = -1;
+    for (k = 0; k < 2; k++) {
+        ecp_world_desc desc = ecp_world_desc_default();
+        f[k].world = test_world(&desc);
+        f[k].bytes = ecp_world_memsize(&desc);
+        f[k].copy = (unsigned char *)malloc(f[k].bytes);
+        test_ground(f[k].world, 0.1, 0, 1, NULL);
+        ecp_i_set3(0, 0, ECP_R(0.3), d.position);
+        if (k == WITH) CHECK(ecp_body_add(f[k].world, &d, NULL) == ECP_OK);
+        for (i = 0; i < 3; i++) {
+            at[0] = ECP_R(0.3 * i);
+            if (k == WITH) {
+                CHECK(ecp_body_add_shape(f[k].world, 1, &small, at, NULL, NULL, &index) == ECP_OK);
+                CHECK(index == 1 + 2 * i);
+            }
+            world_add_cube(f[k].world, 0.05 * i, 0.3 + 0.5 * i, NULL);
+        }
+    }
+    CHECK(ecp_body_remove(f[WITH].world, 1) == ECP_OK);
+    for (i = 0; i < 40; i++) {
+        for (k = 0; k < 2; k++) {
+            CHECK(ecp_step(f[k].world, ECP_R(0.01), NULL, r + k) == ECP_OK);
+        }
+        r[WITH].memory_used = r[WITHOUT].memory_used;
+        CHECK(memcmp(r, r + 1, sizeof *r) == 0);
+        for (k = 1; k < 4; k++) {
+            CHECK(ecp_body_get_state(f[WITH].world, k + 1, a, a + 3, a + 7, a + 10) == ECP_OK);
+            CHECK(ecp_body_get_state(f[WITHOUT].world, k, b, b + 3, b + 7, b + 10) == ECP_OK);
+            CHECK(memcmp(a, b, sizeof a) == 0);
+        }
+    }
+    CHECK(ecp_contact_count(f[WITH].world) >= 3);
+    for (i = 0; i < 4; i++) {
+        CHECK(ecp_body_add_shape(f[WITH].world, 2, &small, NULL, NULL, NULL, &index) == ECP_OK);
+        CHECK(index == (i < 3 ? 1 + 2 * i : 7));
+    }
+    world_free(f);
+    world_free(f + 1);
+}
+
 /* ---- snapshots */
 
 /* three boxes and a ball that tumble on to each other: every kind of patch, coming and going */
@@ -960,6 +1132,9 @@ static void test_world_section(void)
     world_test_bad_step();
     world_test_capacity();
     world_test_failed_step();
+    world_test_bad_remove();
+    world_test_remove();
+    world_test_remove_many();
     world_test_snapshots();
     world_test_fences();
 }

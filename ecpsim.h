@@ -98,6 +98,10 @@
    others stay, the free ones go to what is added next, the lowest first. A loop over all bodies runs
    to ecp_world_body_count() and leaves out those of which ecp_body_get_state() says ECP_BAD_INDEX.
 
+   WHAT MAY TOUCH WHAT
+   Primitives of one body never touch each other. ecp_shape_set_filter() gives a primitive 32 bits of
+   what it is and 32 bits of what it meets; pairs that do not meet are not looked at.
+
    ERRORS
    Every call that can fail returns ecp_status: zero is success, ecp_status_string() a sentence.
    Bad input (NaN, negative sizes, a tetrahedron that is open, ...) always gets its own status and
@@ -131,6 +135,7 @@
 #define ECPSIM_H
 
 #include <stddef.h>
+#include <stdint.h> /* like <stddef.h> it comes with the compiler, without a C library */
 
 #ifdef __cplusplus
 extern "C" {
@@ -204,6 +209,7 @@ typedef double ecp_real;
 #define ecp_body_apply_impulse ecp_f32_body_apply_impulse
 #define ecp_body_apply_angular_impulse ecp_f32_body_apply_angular_impulse
 #define ecp_shape_get ecp_f32_shape_get
+#define ecp_shape_set_filter ecp_f32_shape_set_filter
 #define ecp_options_default ecp_f32_options_default
 #define ecp_step ecp_f32_step
 #define ecp_guess_ecp ecp_f32_guess_ecp
@@ -594,6 +600,14 @@ ECP_DEF ecp_status ecp_body_apply_angular_impulse(ecp_world *world, int body,
 /* The primitive with this index, its body, and its pose in the world; every pointer may be NULL. */
 ECP_DEF ecp_status ecp_shape_get(const ecp_world *world, int shape_index, const ecp_shape **shape,
                                  int *body, ecp_real position[3], ecp_real rotation[9]);
+
+/* Which primitives a primitive may touch: `category` has the bits of what it is, `collides_with`
+   those of what it meets. Two primitives make a patch only if each one's category has a bit in common
+   with what the other collides with; all bits are set where nothing is said. It holds from the next
+   step on. Two that overlap when a step begins to see them are pushed apart within that step, as any
+   two are: at the speed of depth / h. */
+ECP_DEF ecp_status ecp_shape_set_filter(ecp_world *world, int shape_index, uint32_t category,
+                                        uint32_t collides_with);
 
 /* >>step-api ============================================================================== */
 
@@ -2551,6 +2565,7 @@ typedef struct ecp_i_part {
     ecp_material material;
     ecp_real position[3], rotation[9];
     int body;
+    uint32_t category, collides_with;
 } ecp_i_part;
 
 /* A patch as it is kept from step to step: the warm start and the contact report. Its multipliers
@@ -2930,6 +2945,7 @@ ECP_DEF ecp_status ecp_body_add_shape(ecp_world *world, int body, const ecp_shap
     ECPSIM_MEMCPY(&p->shape, shape, sizeof p->shape);
     p->material = m;
     p->body = body;
+    p->category = p->collides_with = 0xffffffffu;
     if (position) ecp_i_copy3(position, p->position);
     q[0] = 1;
     ecp_i_set3(0, 0, 0, q + 1);
@@ -3060,10 +3076,23 @@ ECP_DEF ecp_status ecp_shape_get(const ecp_world *world, int shape_index, const 
     return ECP_OK;
 }
 
+ECP_DEF ecp_status ecp_shape_set_filter(ecp_world *world, int shape_index, uint32_t category,
+                                        uint32_t collides_with)
+{
+    ecp_i_part *p;
+    if (!world) return ECP_BAD_POINTER;
+    p = ecp_i_find_part(world, shape_index);
+    if (!p) return ECP_BAD_INDEX;
+    p->category = category;
+    p->collides_with = collides_with;
+    return ECP_OK;
+}
+
 /* can the two ever make a patch, wherever they are? */
 static int ecp_i_may_meet(const ecp_i_part *a, const ecp_i_part *b)
 {
-    return a->body != ECP_I_FREE && b->body != ECP_I_FREE;
+    return a->body != ECP_I_FREE && b->body != ECP_I_FREE &&
+           (a->category & b->collides_with) != 0 && (b->category & a->collides_with) != 0;
 }
 
 /* >>motion ================================================================================

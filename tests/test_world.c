@@ -1005,6 +1005,72 @@ static void world_test_remove_many(void)
     world_free(f + 1);
 }
 
+/* ---- filters */
+
+static void world_test_filter(void)
+{
+    static const struct {
+        uint32_t category_a, with_a, category_b, with_b;
+        int touch;
+    } cases[] = {
+        {0xffffffffu, 0xffffffffu, 0xffffffffu, 0xffffffffu, 1},
+        {1, 2, 2, 1, 1},                                         /* each is what the other meets */
+        {1, 2, 2, 2, 0},                                         /* B does not meet A */
+        {1, 1, 2, 1, 0},                                         /* A does not meet B */
+        {0x80000000u, 0x40000001u, 0x40000000u, 0x80000000u, 1}, /* the highest bits */
+        {0, 0xffffffffu, 0xffffffffu, 0xffffffffu, 0},           /* A is nothing */
+        {0xffffffffu, 0, 0xffffffffu, 0xffffffffu, 0},           /* A meets nothing */
+        {6, 12, 8, 2, 1},                                        /* one bit of several is enough */
+    };
+    world_fixture f;
+    ecp_report r;
+    ecp_real x[3] = {0, 0, 0}, h = ECP_R(0.01);
+    unsigned i;
+    int k;
+    /* a cube a hair over the ground falls through, or does not */
+    for (i = 0; i < sizeof cases / sizeof *cases; i++) {
+        for (k = 0; k < 2; k++) {
+            ecp_world *w = test_world(NULL);
+            test_ground(w, 0, 0, 1, NULL);
+            world_add_cube(w, 0, 0.2001, NULL);
+            CHECK(ecp_shape_set_filter(w, k, cases[i].category_a, cases[i].with_a) == ECP_OK);
+            CHECK(ecp_shape_set_filter(w, 1 - k, cases[i].category_b, cases[i].with_b) == ECP_OK);
+            CHECK(ecp_step(w, ECP_R(0.05), NULL, &r) == ECP_OK);
+            CHECK(r.patches_kept == cases[i].touch && r.patches_left_out == 0);
+            CHECK(ecp_body_get_state(w, 1, x, NULL, NULL, NULL) == ECP_OK);
+            CHECK_NEAR(x[2], cases[i].touch ? 0.2 : 0.2001 - 9.8 * 0.05 * 0.05,
+                       test_by(1e-12, 1e-6));
+            free(w);
+        }
+    }
+
+    world_cubes(&f, 0);
+    WORLD_REFUSED(&f, ecp_shape_set_filter(NULL, 0, 1, 1), ECP_BAD_POINTER);
+    WORLD_REFUSED(&f, ecp_shape_set_filter(f.world, -1, 1, 1), ECP_BAD_INDEX);
+    WORLD_REFUSED(&f, ecp_shape_set_filter(f.world, 4, 1, 1), ECP_BAD_INDEX);
+    /* the upper cube sinks into the lower one for two steps, and is pushed out when it is seen
+       again: from 3 g h^2 = 3 mm deep at no more than depth / h */
+    CHECK(ecp_shape_set_filter(f.world, 2, 2, 1) == ECP_OK);
+    CHECK(ecp_shape_set_filter(f.world, 1, 1, 1) == ECP_OK);
+    for (k = 0; k < 2; k++) CHECK(ecp_step(f.world, h, NULL, NULL) == ECP_OK);
+    CHECK(ecp_body_get_state(f.world, 2, x, NULL, NULL, NULL) == ECP_OK);
+    CHECK_NEAR(x[2], 0.6 - 3 * 9.8 * 1e-4, test_by(1e-12, 1e-6));
+    CHECK(ecp_shape_set_filter(f.world, 1, 1, 3) == ECP_OK);
+    for (k = 0; k < 60; k++) {
+        CHECK(ecp_step(f.world, h, NULL, NULL) == ECP_OK);
+        CHECK(ecp_body_get_state(f.world, 2, x, NULL, NULL, NULL) == ECP_OK);
+        CHECK(x[2] > ECP_R(0.5999) && x[2] < ECP_R(0.606));
+    }
+    CHECK_NEAR(x[2], 0.6, test_by(1e-9, 1e-4));
+    /* the index forgets its filter with its shape */
+    CHECK(ecp_shape_set_filter(f.world, 3, 0, 0) == ECP_OK);
+    CHECK(ecp_body_remove(f.world, 3) == ECP_OK);
+    CHECK(ecp_shape_set_filter(f.world, 3, 1, 1) == ECP_BAD_INDEX);
+    world_add_cube(f.world, 2, 0.2, NULL);
+    CHECK(ecp_step(f.world, h, NULL, &r) == ECP_OK && r.patches_kept == 3);
+    world_free(&f);
+}
+
 /* ---- snapshots */
 
 /* three boxes and a ball that tumble on to each other: every kind of patch, coming and going */
@@ -1135,6 +1201,7 @@ static void test_world_section(void)
     world_test_bad_remove();
     world_test_remove();
     world_test_remove_many();
+    world_test_filter();
     world_test_snapshots();
     world_test_fences();
 }

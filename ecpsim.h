@@ -17,6 +17,7 @@
        >>check-api    the paper's equations    >>newton       the globalisation, the general solver
        >>mcp-api      general solver           >>distance     starts without a history
                                                >>step         predict, solve, verify, commit
+                                               >>dump         a step as C source
                                                >>printed      the paper's equations, as a check
 
    >>manual
@@ -101,6 +102,16 @@
    WHAT MAY TOUCH WHAT
    Primitives of one body never touch each other. ecp_shape_set_filter() gives a primitive 32 bits of
    what it is and 32 bits of what it meets; pairs that do not meet are not looked at.
+
+   A STEP AS A TEST
+   ecp_dump() writes the step to come as a C function that makes the same world, bit for bit, and does
+   the step: for a test, or for a report of a step that is not solved. With a function in the fields
+   `dump` and `dump_user` of ecp_options every step that ends in ECP_NOT_SOLVED writes itself:
+
+       static void put(void *file, const char *text) { fputs(text, (FILE *)file); }
+       ...
+       options.dump = put;
+       options.dump_user = fopen("step.c", "w");
 
    ERRORS
    Every call that can fail returns ecp_status: zero is success, ecp_status_string() a sentence.
@@ -215,6 +226,7 @@ typedef double ecp_real;
 #define ecp_guess_ecp ecp_f32_guess_ecp
 #define ecp_contact_count ecp_f32_contact_count
 #define ecp_contact_get ecp_f32_contact_get
+#define ecp_dump ecp_f32_dump
 #define ecp_printed_residual ecp_f32_printed_residual
 #define ecp_translation_step ecp_f32_translation_step
 #define ecp_mcp_memsize ecp_f32_mcp_memsize
@@ -633,9 +645,12 @@ typedef struct ecp_options {
                            or g h at rest. Rounding floors are added to it (docs/numerics.md). */
     int max_iterations; /* Newton iterations of one attempt */
     int fallbacks;      /* ECP_FALLBACK_... that may be used, or-ed */
+    void (*dump)(void *user, const char *text); /* not NULL: a step that ends in ECP_NOT_SOLVED is
+                                                   written to it by ecp_dump */
+    void *dump_user;
 } ecp_options;
 
-/* centred, 1e-12 (float: 1e-5), 40 iterations, all fallbacks. */
+/* centred, 1e-12 (float: 1e-5), 40 iterations, all fallbacks, no dump. */
 ECP_DEF ecp_options ecp_options_default(void);
 
 /* What a step did. */
@@ -696,6 +711,24 @@ typedef struct ecp_contact {
 
 ECP_DEF int ecp_contact_count(const ecp_world *world);
 ECP_DEF ecp_status ecp_contact_get(const ecp_world *world, int index, ecp_contact *contact);
+
+/* Writes the step that ecp_step(world, h, options, ..) would do now as C source, by calls of `write`
+   with pieces of text that end in a zero byte. The source is one function,
+
+       static ecp_status dumped_step(ecp_world **world, ecp_report *report)
+
+   that makes the same world in malloced memory (*world, to be freed by the caller), with all that the
+   step depends on and bit for bit, does the step, and returns its status. It belongs in a unit that
+   has the implementation of this header, of the same version and the same real type, <stdlib.h> and
+   <string.h>; C99 and C++11 take it. Numbers are decimal, with as many digits as the real type needs to come back
+   by a compiler that rounds correctly, as all usual ones do.
+
+   A class of the caller's own (ecp_shape_convex) cannot be written. The source then compiles all the
+   same, says where the class is missing, and returns ECP_BAD_KIND before the step; and so does
+   ecp_dump. Bad options or a bad h get the status that ecp_step gives them, and nothing is written.
+   The world is only read. */
+ECP_DEF ecp_status ecp_dump(const ecp_world *world, ecp_real h, const ecp_options *options,
+                            void (*write)(void *user, const char *text), void *user);
 
 /* >>check-api ============================================================================= */
 
@@ -4772,6 +4805,8 @@ ECP_DEF ecp_options ecp_options_default(void)
 #endif
     o.max_iterations = 40;
     o.fallbacks = ECP_FALLBACK_GEOMETRIC | ECP_FALLBACK_CONTINUATION | ECP_FALLBACK_MULTISTART;
+    o.dump = NULL;
+    o.dump_user = NULL;
     return o;
 }
 
@@ -6092,6 +6127,7 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
     }
     r.status = status;
     if (report) *report = r;
+    if (status == ECP_NOT_SOLVED && o.dump) ecp_dump(world, h, &o, o.dump, o.dump_user);
     return status;
 }
 
@@ -6157,6 +6193,392 @@ ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
     ecp_i_sub(point, x, rel);
     ecp_i_mul_t(R, rel, p->a);
     return ECP_OK;
+}
+
+/* >>dump ==================================================================================
+   A step as C source. The tables have the fields of the structs in their order: the compiler warns
+   where one is missing, and tests/dump.c compares the bits. */
+
+typedef struct ecp_i_text {
+    void (*write)(void *user, const char *text);
+    void *user;
+} ecp_i_text;
+
+static void ecp_i_put(const ecp_i_text *t, const char *text) { t->write(t->user, text); }
+
+static void ecp_i_put_digits(const ecp_i_text *t, uint32_t value, uint32_t base)
+{
+    char text[11];
+    int at = 10;
+    text[at] = 0;
+    do {
+        text[--at] = "0123456789abcdef"[value % base];
+        value /= base;
+    } while (value > 0);
+    ecp_i_put(t, text + at);
+}
+
+static void ecp_i_put_int(const ecp_i_text *t, const char *before, int value, const char *after)
+{
+    uint32_t size = (uint32_t)value;
+    ecp_i_put(t, before);
+    if (value < 0) {
+        ecp_i_put(t, "-");
+        size = 0 - size;
+    }
+    ecp_i_put_digits(t, size, 10);
+    ecp_i_put(t, after);
+}
+
+/* digits that bring every real back */
+#ifdef ECPSIM_FLOAT
+#define ECP_I_DIGITS 9
+#else
+#define ECP_I_DIGITS 17
+#endif
+
+/* An integer in words of eight decimal digits, the lowest first. The longest, 2^53 5^1074 for the
+   smallest numbers that there are, has 767 digits. */
+typedef struct ecp_i_integer {
+    uint32_t word[100];
+    int words;
+} ecp_i_integer;
+
+/* n = factor n + add, for a small factor */
+static void ecp_i_integer_times(ecp_i_integer *n, uint32_t factor, uint32_t add)
+{
+    int i;
+    for (i = 0; i < n->words; i++) {
+        add += factor * n->word[i];
+        n->word[i] = add % 100000000u;
+        add /= 100000000u;
+    }
+    if (add > 0) n->word[n->words++] = add;
+}
+
+/* a finite x > 0 as n / 10^places, exactly: the bits of x one after the other, and 1 / 2 = 5 / 10 */
+static void ecp_i_expand(ecp_real x, ecp_i_integer *n, int *places)
+{
+    int power = 1;
+    n->words = 0;
+    *places = 0;
+    for (; x >= 2; power++) x /= 2;
+    for (; x < 1; power--) x *= 2;
+    for (; x > 0; power--) {
+        int bit = x >= 1;
+        ecp_i_integer_times(n, 2, bit ? 1u : 0u);
+        x = 2 * (bit ? x - 1 : x);
+    }
+    for (; power > 0; power--) ecp_i_integer_times(n, 2, 0);
+    for (; power < 0; power++, ++*places) ecp_i_integer_times(n, 5, 0);
+}
+
+/* The digits d1 d2 .. of x = 0.d1 d2 .. 10^point, as characters, rounded to ECP_I_DIGITS, without
+   zeros at the end. Returns how many they are. */
+static int ecp_i_decimal(ecp_real x, char digits[ECP_I_DIGITS], int *point)
+{
+    ecp_i_integer n;
+    int i, k, count = 0, places, up = 0;
+    ecp_i_expand(x, &n, &places);
+    for (i = 8 * n.words - 1; i >= 0; i--) {
+        uint32_t digit = n.word[i / 8];
+        for (k = 0; k < i % 8; k++) digit /= 10;
+        digit %= 10;
+        if (count == 0 && digit == 0) continue;
+        if (count < ECP_I_DIGITS) digits[count] = (char)('0' + (int)digit);
+        if (count++ == ECP_I_DIGITS) up = digit >= 5;
+    }
+    *point = count - places;
+    if (count > ECP_I_DIGITS) count = ECP_I_DIGITS;
+    /* rounded up, nines are zeros and carry */
+    while (count > 0 && digits[count - 1] == (up ? '9' : '0')) count--;
+    if (up && count > 0) digits[count - 1]++;
+    if (count == 0) {
+        digits[count++] = '1';
+        ++*point;
+    }
+    return count;
+}
+
+static void ecp_i_put_real(const ecp_i_text *t, ecp_real x)
+{
+    unsigned char bytes[sizeof x];
+    char digits[ECP_I_DIGITS], text[ECP_I_DIGITS + 8];
+    int count, point, fixed, i, at = 0, negative = x < 0;
+    unsigned k;
+    ECPSIM_MEMCPY(bytes, &x, sizeof x);
+    for (k = 0; k < sizeof x; k++) negative |= x == 0 && bytes[k] != 0;
+    if (negative) ecp_i_put(t, "-");
+    if (negative) x = -x;
+    if (!ecp_i_finite(x)) {
+        ecp_i_put(t, x > 0 ? "INFINITY" : "NAN");
+        return;
+    }
+    if (x < 1000000 && x == (ecp_real)(int)x) {
+        ecp_i_put_int(t, "", (int)x, negative && !(x > 0) ? ".0" : "");
+        return;
+    }
+    count = ecp_i_decimal(x, digits, &point);
+    fixed = point > -4 && point < count;
+    for (i = fixed && point < 1 ? point - 1 : 0; i < count; i++) {
+        text[at++] = i < 0 ? '0' : digits[i];
+        if (i + 1 == (fixed ? point : 1) && i + 1 < count) text[at++] = '.';
+    }
+    text[at] = 0;
+    ecp_i_put(t, text);
+    if (!fixed) ecp_i_put_int(t, "e", point - 1, "");
+    if (sizeof x == sizeof(float)) ecp_i_put(t, "f");
+}
+
+/* fields of a table, with their name: a number; and a list, `row` numbers on a line */
+static void ecp_i_put_field(const ecp_i_text *t, const char *name, ecp_real x)
+{
+    ecp_i_put(t, "         ");
+    ecp_i_put_real(t, x);
+    ecp_i_put(t, ", /* ");
+    ecp_i_put(t, name);
+    ecp_i_put(t, " */\n");
+}
+
+static void ecp_i_put_list(const ecp_i_text *t, const char *name, const ecp_real *x, int n, int row)
+{
+    int i;
+    ecp_i_put(t, "         {");
+    for (i = 0; i < n; i++) {
+        if (i > 0) ecp_i_put(t, i % row ? ", " : ",\n          ");
+        ecp_i_put_real(t, x[i]);
+    }
+    ecp_i_put(t, "}, /* ");
+    ecp_i_put(t, name);
+    ecp_i_put(t, " */\n");
+}
+
+static void ecp_i_put_bodies(const ecp_i_text *t, const ecp_world *w)
+{
+    static const char *const kinds[4] = {"ECP_I_FREE", "ECP_STATIC", "ECP_KINEMATIC",
+                                         "ECP_DYNAMIC"};
+    int i;
+    if (w->bodies == 0) return;
+    ecp_i_put_int(t, "    static const ecp_i_body bodies[", w->bodies, "] = {\n");
+    for (i = 0; i < w->bodies; i++) {
+        const ecp_i_body *b = ecp_i_bodies(w) + i;
+        ecp_i_put_int(t, "        {/* body ", i, " */\n");
+        ecp_i_put_field(t, "mass", b->mass);
+        ecp_i_put_field(t, "length", b->length);
+        ecp_i_put_list(t, "inertia", b->inertia, 9, 3);
+        ecp_i_put_list(t, "x", b->x, 3, 3);
+        ecp_i_put_list(t, "q", b->q, 4, 4);
+        ecp_i_put_list(t, "v", b->v, 6, 3);
+        ecp_i_put_list(t, "x_carry", b->x_carry, 3, 3);
+        ecp_i_put_list(t, "v_carry", b->v_carry, 6, 3);
+        ecp_i_put_list(t, "force", b->force, 6, 3);
+        ecp_i_put_list(t, "impulse", b->impulse, 6, 3);
+        ecp_i_put(t, "         ");
+        ecp_i_put(t, kinds[b->kind - ECP_I_FREE]);
+        ecp_i_put(t, "},\n");
+    }
+    ecp_i_put(t, "    };\n");
+}
+
+/* the planes and vertices of a polytope, rows of `row` numbers */
+static void ecp_i_put_array(const ecp_i_text *t, const char *name, int shape, const ecp_real *x,
+                            int rows, int row)
+{
+    ecp_i_put(t, "    static const ecp_real ");
+    ecp_i_put_int(t, name, shape, "");
+    ecp_i_put_int(t, "[", rows * row, "] = {\n");
+    while (rows-- > 0) {
+        int k;
+        ecp_i_put(t, "        ");
+        for (k = 0; k < row; k++) {
+            ecp_i_put_real(t, *x++);
+            ecp_i_put(t, k + 1 < row ? ", " : ",\n");
+        }
+    }
+    ecp_i_put(t, "    };\n");
+}
+
+static void ecp_i_put_shape(const ecp_i_text *t, int i, const ecp_shape *s)
+{
+    static const char *const kinds[9] = {"&ecp_i_half_space_class, ECP_HALF_SPACE",
+                                         "&ecp_i_sphere_class, ECP_SPHERE",
+                                         "&ecp_i_ellipsoid_class, ECP_ELLIPSOID",
+                                         "&ecp_i_capsule_class, ECP_CAPSULE",
+                                         "&ecp_i_cylinder_class, ECP_CYLINDER",
+                                         "&ecp_i_frustum_class, ECP_FRUSTUM",
+                                         "&ecp_i_box_class, ECP_BOX",
+                                         "&ecp_i_polytope_class, ECP_POLYTOPE",
+                                         "NULL /* the class is missing */, ECP_CONVEX"};
+    ecp_i_put(t, "         {");
+    ecp_i_put(t, s->cls ? kinds[s->kind] : "NULL, ECP_HALF_SPACE");
+    ecp_i_put_int(t, ", ", s->inequalities, ", ");
+    ecp_i_put_int(t, "", s->vertex_count, ",\n");
+    ecp_i_put_list(t, "size", s->size, 4, 4);
+    ecp_i_put_list(t, "centre", s->centre, 3, 3);
+    ecp_i_put_field(t, "radius", s->radius);
+    if (s->planes) {
+        ecp_i_put_int(t, "         planes_", i, ", ");
+        ecp_i_put_int(t, "vertices_", i, ", NULL},\n");
+    } else
+        ecp_i_put(t, "         NULL, NULL, NULL},\n");
+}
+
+static void ecp_i_put_parts(const ecp_i_text *t, const ecp_world *w)
+{
+    int i;
+    for (i = 0; i < w->shapes; i++) {
+        const ecp_shape *s = &ecp_i_parts(w)[i].shape;
+        if (!s->planes) continue;
+        ecp_i_put_array(t, "planes_", i, s->planes, s->inequalities, 4);
+        ecp_i_put_array(t, "vertices_", i, s->vertices, s->vertex_count, 3);
+    }
+    if (w->shapes == 0) return;
+    ecp_i_put_int(t, "    static const ecp_i_part parts[", w->shapes, "] = {\n");
+    for (i = 0; i < w->shapes; i++) {
+        const ecp_i_part *p = ecp_i_parts(w) + i;
+        ecp_i_put_int(t, "        {/* shape ", i, " */\n");
+        ecp_i_put_shape(t, i, &p->shape);
+        ecp_i_put(t, "         {\n");
+        ecp_i_put_field(t, "mu", p->material.mu);
+        ecp_i_put_field(t, "e_t", p->material.e_t);
+        ecp_i_put_field(t, "e_o", p->material.e_o);
+        ecp_i_put_field(t, "e_r", p->material.e_r);
+        ecp_i_put_list(t, "direction", p->material.direction, 3, 3);
+        ecp_i_put(t, "         },\n");
+        ecp_i_put_list(t, "position", p->position, 3, 3);
+        ecp_i_put_list(t, "rotation", p->rotation, 9, 3);
+        ecp_i_put_int(t, "         ", p->body, ", /* body */\n         0x");
+        ecp_i_put_digits(t, p->category, 16);
+        ecp_i_put(t, "u, 0x");
+        ecp_i_put_digits(t, p->collides_with, 16);
+        ecp_i_put(t, "u},\n");
+    }
+    ecp_i_put(t, "    };\n");
+}
+
+static void ecp_i_put_contact(const ecp_i_text *t, const ecp_contact *c)
+{
+    static const char *const modes[3] = {"         ECP_APART},\n", "         ECP_STICK},\n",
+                                         "         ECP_SLIP},\n"};
+    ecp_i_put_int(t, "         {", c->shape_a, ", ");
+    ecp_i_put_int(t, "", c->shape_b, ", /* shapes */\n");
+    ecp_i_put_int(t, "         ", c->body_a, ", ");
+    ecp_i_put_int(t, "", c->body_b, ", /* bodies */\n");
+    ecp_i_put_list(t, "point_a", c->point_a, 3, 3);
+    ecp_i_put_list(t, "point_b", c->point_b, 3, 3);
+    ecp_i_put_list(t, "normal", c->normal, 3, 3);
+    ecp_i_put_list(t, "direction_t", c->direction_t, 3, 3);
+    ecp_i_put_list(t, "direction_o", c->direction_o, 3, 3);
+    ecp_i_put_field(t, "gap", c->gap);
+    ecp_i_put_field(t, "separation", c->separation);
+    ecp_i_put_field(t, "p_n", c->p_n);
+    ecp_i_put_field(t, "p_t", c->p_t);
+    ecp_i_put_field(t, "p_o", c->p_o);
+    ecp_i_put_field(t, "p_r", c->p_r);
+    ecp_i_put_field(t, "sigma", c->sigma);
+    ecp_i_put_field(t, "mu", c->mu);
+    ecp_i_put_field(t, "e_t", c->e_t);
+    ecp_i_put_field(t, "e_o", c->e_o);
+    ecp_i_put_field(t, "e_r", c->e_r);
+    ecp_i_put(t, modes[c->mode]);
+}
+
+static void ecp_i_put_patches(const ecp_i_text *t, const ecp_world *w)
+{
+    const ecp_i_part *parts = ecp_i_parts(w);
+    int i, n, most = w->desc.max_inequalities;
+    if (w->patches == 0) return;
+    ecp_i_put_int(t, "    static const ecp_i_patch patches[", w->patches, "] = {\n");
+    for (i = 0; i < w->patches; i++) {
+        const ecp_i_patch *p = ecp_i_patches(w) + i;
+        ecp_i_put_int(t, "        {/* patch ", i, " */\n");
+        ecp_i_put_contact(t, &p->contact);
+        ecp_i_put_list(t, "a", p->a, 3, 3);
+        ecp_i_put_int(t, "         ", p->guess, ", ");
+        ecp_i_put_int(t, "", p->centred, "}, /* guess, centred */\n");
+    }
+    ecp_i_put_int(t, "    };\n    static const ecp_real multipliers[", w->patches, "]");
+    ecp_i_put_int(t, "[", most, "] = {\n");
+    for (i = 0; i < w->patches; i++) {
+        const ecp_contact *c = &ecp_i_patches(w)[i].contact;
+        n = parts[c->shape_a].shape.inequalities + parts[c->shape_b].shape.inequalities;
+        ecp_i_put_list(t, "multipliers of A and B", ecp_i_multipliers(w, i), n < most ? n : most,
+                       4);
+    }
+    ecp_i_put(t, "    };\n");
+}
+
+static void ecp_i_put_world(const ecp_i_text *t, const ecp_world *w)
+{
+    int k;
+    ecp_i_put(t, "    ecp_world_desc desc = ecp_world_desc_default();\n"
+                 "    ecp_options options = ecp_options_default();\n"
+                 "    ecp_world *w = NULL;\n"
+                 "    ecp_status status;\n"
+                 "    size_t bytes;\n");
+    ecp_i_put_int(t, "    desc.max_bodies = ", w->desc.max_bodies, ";\n");
+    ecp_i_put_int(t, "    desc.max_shapes = ", w->desc.max_shapes, ";\n");
+    ecp_i_put_int(t, "    desc.max_patches = ", w->desc.max_patches, ";\n");
+    ecp_i_put_int(t, "    desc.max_inequalities = ", w->desc.max_inequalities, ";\n");
+    for (k = 0; k < 3; k++) {
+        ecp_i_put_int(t, "    desc.gravity[", k, "] = ");
+        ecp_i_put_real(t, w->desc.gravity[k]);
+        ecp_i_put(t, ";\n");
+    }
+    ecp_i_put(t, "    bytes = ecp_world_memsize(&desc);\n"
+                 "    status = ecp_world_init(&w, &desc, malloc(bytes), bytes);\n"
+                 "    *world = w;\n"
+                 "    if (status != ECP_OK) return status;\n");
+    ecp_i_put_int(t, "    w->bodies = ", w->bodies, ";\n");
+    ecp_i_put_int(t, "    w->shapes = ", w->shapes, ";\n");
+    ecp_i_put_int(t, "    w->patches = ", w->patches, ";\n");
+    if (w->bodies > 0) ecp_i_put(t, "    memcpy(ecp_i_bodies(w), bodies, sizeof bodies);\n");
+    if (w->shapes > 0) ecp_i_put(t, "    memcpy(ecp_i_parts(w), parts, sizeof parts);\n");
+    if (w->patches > 0) {
+        ecp_i_put(t, "    memcpy(ecp_i_patches(w), patches, sizeof patches);\n"
+                     "    memcpy(ecp_i_multipliers(w, 0), multipliers, sizeof multipliers);\n");
+    }
+}
+
+ECP_DEF ecp_status ecp_dump(const ecp_world *world, ecp_real h, const ecp_options *options,
+                            void (*write)(void *user, const char *text), void *user)
+{
+    ecp_options o = ecp_options_default();
+    ecp_i_text t;
+    ecp_status status;
+    int i;
+    if (options) o = *options;
+    status = world && write ? ecp_i_check_options(&o) : ECP_BAD_POINTER;
+    if (status != ECP_OK) return status;
+    if (!ecp_i_finite(h)) return ECP_NOT_FINITE;
+    if (!(h > 0)) return ECP_BAD_STEP;
+    t.write = write;
+    t.user = user;
+    ecp_i_put(
+        &t, "/* A step, written by ecp_dump: to be compiled with the implementation of ecpsim.h,\n"
+            "   <stdlib.h> and <string.h>");
+    ecp_i_put(&t, sizeof h == sizeof(float) ? ", in float */\n" : " */\n");
+    ecp_i_put(&t, "static ecp_status dumped_step(ecp_world **world, ecp_report *report)\n{\n");
+    ecp_i_put_bodies(&t, world);
+    ecp_i_put_parts(&t, world);
+    ecp_i_put_patches(&t, world);
+    ecp_i_put_world(&t, world);
+    ecp_i_put(&t, o.rule == ECP_CENTRED ? "    options.rule = ECP_CENTRED;\n"
+                                        : "    options.rule = ECP_NEAREST;\n");
+    ecp_i_put(&t, "    options.tolerance = ");
+    ecp_i_put_real(&t, o.tolerance);
+    ecp_i_put_int(&t, ";\n    options.max_iterations = ", o.max_iterations, ";\n");
+    ecp_i_put_int(&t, "    options.fallbacks = ", o.fallbacks, ";\n");
+    for (i = 0; i < world->shapes; i++) {
+        if (ecp_i_parts(world)[i].shape.kind != ECP_CONVEX) continue;
+        ecp_i_put_int(&t, "    return ECP_BAD_KIND; /* shape ", i,
+                      " is of a class that cannot be written */\n");
+        status = ECP_BAD_KIND;
+    }
+    ecp_i_put(&t, "    return ecp_step(w, ");
+    ecp_i_put_real(&t, h);
+    ecp_i_put(&t, ", &options, report);\n}\n");
+    return status;
 }
 
 /* >>printed ===============================================================================

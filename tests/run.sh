@@ -261,6 +261,28 @@ test_symbols() {
     fi
 }
 
+# ---- a step as C source does what the step does
+
+# the two programs of tests/dump.c agree: dump COMPILER FLAGS...
+dump() {
+    # shellcheck disable=SC2086
+    "$@" $contract $warn tests/dump.c -o "$out/dump" -lm &&
+        "$out/dump" "$out/dumped.c" >"$out/dump.log" &&
+        "$@" $contract $warn "-DDUMPED=\"$out/dumped.c\"" tests/dump.c -o "$out/dump" -lm &&
+        "$out/dump" | tee "$out/dumped.log" | cmp - "$out/dump.log"
+}
+
+test_dump() {
+    for real in -UECPSIM_FLOAT -DECPSIM_FLOAT; do
+        for compiler in $c_compilers; do
+            check "a step as source, $compiler $real" dump "$compiler" -std=c99 -O1 $real
+        done
+        for compiler in $cxx_compilers; do
+            check "a step as source, $compiler $real" dump "$compiler" -x c++ -std=c++11 -O1 $real
+        done
+    done
+}
+
 # ---- examples: short, without warnings, and with the results that are promised
 
 lines_below() { [ "$(wc -l <"$1")" -lt "$2" ]; }
@@ -323,6 +345,7 @@ EOF
 if [ -z "$filter" ]; then
     test_links
     test_symbols
+    test_dump
     test_example_files
     test_example_results
 fi

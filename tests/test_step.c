@@ -1,5 +1,6 @@
 /* The step: what it reports, what it leaves alone, and that it holds in every kind of contact.
    The scene helpers at the top serve the files that are included after this one, too. */
+#include <limits.h>
 
 /* ---- scenes in doubles, whatever the library's real type is */
 
@@ -1231,6 +1232,146 @@ static void test_step_guess_stays(void)
     }
 }
 
+/* ---- a step as C source; that it does the same step is for tests/dump.c */
+
+typedef struct test_text {
+    char text[400000];
+    size_t length;
+} test_text;
+
+static test_text test_dumps[2];
+
+static void test_write(void *user, const char *text)
+{
+    test_text *t = (test_text *)user;
+    size_t length = strlen(text);
+    CHECK(t->length + length < sizeof t->text);
+    if (t->length + length >= sizeof t->text) return;
+    memcpy(t->text + t->length, text, length + 1);
+    t->length += length;
+}
+
+/* the text of x, read by the C library, is x */
+static void test_number(ecp_real x)
+{
+    ecp_i_text t = {test_write, test_dumps};
+    ecp_real back;
+    char *end = NULL;
+    test_dumps->length = 0;
+    ecp_i_put_real(&t, x);
+#ifdef ECPSIM_FLOAT
+    back = strtof(test_dumps->text, &end);
+    CHECK(end && strcmp(end, strpbrk(test_dumps->text, ".e") && x != 0 ? "f" : "") == 0);
+#else
+    back = strtod(test_dumps->text, &end);
+    CHECK(end && *end == 0);
+#endif
+    CHECK(memcmp(&x, &back, sizeof x) == 0);
+    if (memcmp(&x, &back, sizeof x) != 0) printf("%.17g is %s\n", (double)x, test_dumps->text);
+}
+
+static void test_step_numbers(void)
+{
+    static const double some[] = {0,     1,      10,     999999,   1e6,   1000001, 0.5,  0.1,
+                                  1e-4,  1e-3,   1.5e-4, 12345.75, 1e22,  1e23,    9.5,  99999.5,
+                                  1e-37, 9.9e37, 1 / 3., 2 / 3.,   5e-38, 1.1e-38, 1e-5, 123456789};
+    ecp_real x, power;
+    unsigned char bits[sizeof x];
+    unsigned i;
+    int k;
+    for (i = 0; i < sizeof some / sizeof *some; i++) {
+        test_number(ECP_R(some[i]));
+        test_number(-ECP_R(some[i])); /* with -0.0 */
+    }
+    /* all powers of two, down to the smallest subnormal, and their neighbours */
+    for (power = 1; power < ECP_R(test_by(8e307, 1e38)); power *= 2) {
+        test_number(power);
+        test_number(power * (1 + ECP_I_EPSILON));
+        test_number(power * (1 - ECP_I_EPSILON / 2));
+    }
+    test_number(power * (2 - ECP_I_EPSILON)); /* the largest one */
+    for (power = 1; power > 0; power /= 2) {
+        test_number(power);
+        test_number(power * (1 + ECP_I_EPSILON));
+        test_number(power * (2 - ECP_I_EPSILON));
+    }
+    /* every pattern of bits that is a number */
+    test_seed = 7;
+    for (k = 0; k < 4000; k++) {
+        for (i = 0; i < sizeof x; i++) {
+            test_random();
+            bits[i] = (unsigned char)(test_seed >> 16);
+        }
+        memcpy(&x, bits, sizeof x);
+        if (ecp_i_finite(x)) test_number(x);
+        test_number(ECP_R(1000 * test_random()));
+    }
+    test_dumps->length = 0;
+    {
+        ecp_i_text t = {test_write, test_dumps};
+        ecp_i_put_int(&t, "", INT_MIN, " ");
+        ecp_i_put_int(&t, "", INT_MAX, " ");
+        ecp_i_put_int(&t, "", 0, " ");
+        ecp_i_put_digits(&t, 0xffffffffu, 16);
+    }
+    CHECK(strcmp(test_dumps->text, "-2147483648 2147483647 0 ffffffff") == 0);
+}
+
+static void test_step_dump(void)
+{
+    ecp_world *world = test_tumbling(0), *before;
+    ecp_options o = ecp_options_default();
+    ecp_real centre[3] = {0, 0, 0};
+    ecp_shape shape;
+    ecp_status status = ECP_OK;
+    int i;
+    CHECK(o.dump == NULL && o.dump_user == NULL);
+    test_dumps[0].length = test_dumps[1].length = 0;
+    CHECK(ecp_dump(NULL, 1, NULL, test_write, test_dumps) == ECP_BAD_POINTER);
+    CHECK(ecp_dump(world, 1, NULL, NULL, test_dumps) == ECP_BAD_POINTER);
+    CHECK(ecp_dump(world, 0, NULL, test_write, test_dumps) == ECP_BAD_STEP);
+    CHECK(ecp_dump(world, (ecp_real)NAN, NULL, test_write, test_dumps) == ECP_NOT_FINITE);
+    o.tolerance = -1;
+    CHECK(ecp_dump(world, 1, &o, test_write, test_dumps) == ECP_BAD_OPTION);
+    CHECK(test_dumps[0].length == 0);
+    /* a step that is not solved writes itself, as ecp_dump does of the world before it; those that
+       are solved, or refused, do not */
+    o = ecp_options_default();
+    o.max_iterations = 1;
+    o.fallbacks = 0;
+    o.dump = test_write;
+    o.dump_user = test_dumps;
+    before = test_copy_world(world);
+    CHECK(ecp_step(world, -1, &o, NULL) == ECP_BAD_STEP);
+    for (i = 0; i < 100 && status == ECP_OK; i++) {
+        CHECK(test_dumps[0].length == 0);
+        memcpy(before, world, world->bytes);
+        status = ecp_step(world, ECP_R(0.01), &o, NULL);
+    }
+    CHECK(status == ECP_NOT_SOLVED && memcmp(before, world, world->bytes) == 0);
+    CHECK(ecp_dump(before, ECP_R(0.01), &o, test_write, test_dumps + 1) == ECP_OK);
+    CHECK(test_dumps[0].length > 1000);
+    CHECK(strcmp(test_dumps[0].text, test_dumps[1].text) == 0);
+    CHECK(memcmp(before, world, world->bytes) == 0);
+    CHECK(strstr(test_dumps[0].text, "dumped_step(") != NULL);
+    CHECK(strstr(test_dumps[0].text, "options.max_iterations = 1;") != NULL);
+    CHECK(strstr(test_dumps[0].text, "ECP_BAD_KIND") == NULL);
+    /* a class of one's own is said to be missing */
+    CHECK(ecp_shape_convex(&shape, &ecp_i_sphere_class, 1, centre, 1, NULL) == ECP_OK);
+    CHECK(ecp_body_add_shape(world, 0, &shape, NULL, NULL, NULL, &i) == ECP_OK);
+    test_dumps[0].length = 0;
+    CHECK(ecp_dump(world, ECP_R(0.01), NULL, test_write, test_dumps) == ECP_BAD_KIND);
+    CHECK(i == 2 && strstr(test_dumps[0].text, "return ECP_BAD_KIND; /* shape 2 ") != NULL);
+    free(before);
+    free(world);
+    /* an empty world has no tables */
+    world = test_world(NULL);
+    test_dumps[0].length = 0;
+    CHECK(ecp_dump(world, ECP_R(0.01), NULL, test_write, test_dumps) == ECP_OK);
+    CHECK(strstr(test_dumps[0].text, "static const") == NULL);
+    free(world);
+}
+
 static void test_step(void)
 {
     if (sizeof(ecp_real) == sizeof(double)) test_step_joined();
@@ -1250,4 +1391,6 @@ static void test_step(void)
     test_step_drops_on_box();
     test_step_overlap();
     test_step_weightless();
+    test_step_numbers();
+    test_step_dump();
 }

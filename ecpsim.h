@@ -658,7 +658,7 @@ typedef struct ecp_report {
     ecp_status status;
     int unknowns;         /* scalar unknowns of the step's problem, all islands */
     int patches_kept;     /* pairs of primitives in the problem */
-    int patches_left_out; /* pairs that cannot touch within the step */
+    int patches_left_out; /* all others (filters aside): they cannot touch within the step */
     int islands;          /* groups of bodies that touch, each solved by itself */
     int iterations;       /* Newton iterations, all attempts */
     int centring_rounds;  /* of the rule ECP_CENTRED */
@@ -2597,6 +2597,7 @@ typedef struct ecp_i_part {
     ecp_shape shape;
     ecp_material material;
     ecp_real position[3], rotation[9];
+    ecp_real box_centre[3], box_half[3]; /* bounds along the body's axes; a half-space has none */
     int body;
     uint32_t category, collides_with;
 } ecp_i_part;
@@ -2950,6 +2951,23 @@ static ecp_status ecp_i_check_material(const ecp_material *m)
     return m->e_t > 0 && m->e_o > 0 && m->e_r >= 0 ? ECP_OK : ECP_BAD_ELLIPSOID;
 }
 
+static void ecp_i_part_bounds(ecp_i_part *p)
+{
+    ecp_real lo[3], hi[3], centre[3], half[3];
+    int j, k;
+    if (p->shape.kind == ECP_HALF_SPACE) return;
+    ecp_shape_bounds(&p->shape, lo, hi);
+    for (k = 0; k < 3; k++) {
+        centre[k] = (lo[k] + hi[k]) / 2;
+        half[k] = (hi[k] - lo[k]) / 2;
+    }
+    ecp_i_mul(p->rotation, centre, p->box_centre);
+    ecp_i_axpy(p->box_centre, 1, p->position, p->box_centre);
+    for (j = 0; j < 3; j++) {
+        for (k = 0; k < 3; k++) p->box_half[j] += ecp_i_abs(p->rotation[3 * j + k]) * half[k];
+    }
+}
+
 ECP_DEF ecp_status ecp_body_add_shape(ecp_world *world, int body, const ecp_shape *shape,
                                       const ecp_real position[3], const ecp_real rotation[4],
                                       const ecp_material *material, int *shape_index)
@@ -2985,6 +3003,7 @@ ECP_DEF ecp_status ecp_body_add_shape(ecp_world *world, int body, const ecp_shap
     if (rotation) ECPSIM_MEMCPY(q, rotation, sizeof q);
     ecp_i_quat_normalise(q);
     ecp_quat_to_matrix(q, p->rotation);
+    ecp_i_part_bounds(p);
     world->lowest_shape = at + 1;
     if (at == world->shapes) world->shapes++;
     if (shape_index) *shape_index = at;
@@ -3133,10 +3152,14 @@ static int ecp_i_may_meet(const ecp_i_part *a, const ecp_i_part *b)
 
 typedef struct ecp_i_motion {
     const ecp_i_body *body;
-    int dynamic, island;
-    int at;                       /* of its six unknowns in the island's vector */
-    int loads;                    /* patches that carry it */
-    ecp_real load, above;         /* its mass and what it carries, on these patches together */
+    int dynamic, island;         /* island: the lowest body of it */
+    int next_body, first_pair;   /* of the island, or -1 (first_pair: at its lowest body) */
+    int at;                      /* of its six unknowns in the island's vector */
+    int loads;                   /* patches that carry it */
+    int carries;                 /* patches that it carries */
+    ecp_real load;               /* its mass and what it carries, on these patches together */
+    struct ecp_i_pair *rests_on; /* the first of the patches that carry it, by next_below */
+    struct ecp_i_motion *next_ready;
     ecp_real R0[9];               /* rotation at the beginning of the step */
     ecp_real inertia[9];          /* about the centre of mass, world axes, beginning of the step */
     ecp_real kick[6];             /* p_app + p_vp of equ:discrete_NE */
@@ -3228,9 +3251,10 @@ typedef struct ecp_i_pair {
     int nl, nm, nf;            /* numbers of multipliers of f and g, of friction rows (0, 2, 3) */
     int at, count;             /* of its unknowns in the island's vector */
     ecp_real mu, e[3], direction[3];
-    ecp_real L, V, P;      /* units of length, velocity, impulse */
-    ecp_i_motion *carried; /* the body that rests on the other, against gravity */
-    ecp_real weight[3];    /* of the load, as an impulse upwards in units P */
+    ecp_real L, V, P;              /* units of length, velocity, impulse */
+    struct ecp_i_pair *next_below; /* of the patches that carry the same body */
+    ecp_i_motion *carried;         /* the body that rests on the other, against gravity */
+    ecp_real weight[3];            /* of the load, as an impulse upwards in units P */
     ecp_real e_scaled[3], rho;
     ecp_real offset[3]; /* x_A - x_B at the beginning of the step */
 
@@ -3259,6 +3283,7 @@ typedef struct ecp_i_pair {
     int *active_a, *active_b, *row_tag, *col_tag, *row_order, *col_order;
     int kl, km, ny, columns, pivots;
     ecp_real Ha[9], Hb[9];
+    int next_pair;                /* of the island, or -1 */
     struct ecp_i_pair *next_here; /* of the patches that are assembled at the same front */
     const ecp_real *left;         /* the values of the unknowns passed on to it */
 } ecp_i_pair;
@@ -5219,6 +5244,207 @@ static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *gue
     gap /= h * c->V;
     y[ecp_i_at_p(c)] = ecp_i_start_load(c, n, gap);
 }
+/* >>broad: which primitives can come near each other within the step */
+
+typedef struct ecp_i_box {
+    ecp_real lo[3], hi[3];
+} ecp_i_box;
+
+/* Bounds of all primitives, and a binary tree over those of the bounded ones in the order of their
+   places along a space-filling curve: node i has the children 2 i and 2 i + 1, the leaves are nodes
+   `count` to 2 count - 1. A half-space keeps its normal in lo and its offset in hi[0]. */
+typedef struct ecp_i_broad {
+    ecp_i_box *boxes, *nodes;
+    uint32_t *code;
+    int *leaf, *sorted, *planes, *hits;
+    int count, plane_count;
+} ecp_i_broad;
+
+static void ecp_i_carve_broad(ecp_i_arena *arena, int shapes, ecp_i_broad *b)
+{
+    b->boxes = (ecp_i_box *)ecp_i_take(arena, (size_t)shapes, sizeof(ecp_i_box));
+    b->nodes = (ecp_i_box *)ecp_i_take(arena, 2 * (size_t)shapes, sizeof(ecp_i_box));
+    b->code = (uint32_t *)ecp_i_take(arena, (size_t)shapes, sizeof(uint32_t));
+    b->leaf = ecp_i_take_ints(arena, shapes);
+    b->sorted = ecp_i_take_ints(arena, shapes);
+    b->planes = ecp_i_take_ints(arena, shapes);
+    b->hits = ecp_i_take_ints(arena, shapes);
+}
+
+static void ecp_i_box_join(const ecp_i_box *a, const ecp_i_box *b, ecp_i_box *out)
+{
+    int k;
+    for (k = 0; k < 3; k++) {
+        out->lo[k] = ecp_i_min(a->lo[k], b->lo[k]);
+        out->hi[k] = ecp_i_max(a->hi[k], b->hi[k]);
+    }
+}
+
+static int ecp_i_boxes_meet(const ecp_i_box *a, const ecp_i_box *b)
+{
+    return a->lo[0] <= b->hi[0] && b->lo[0] <= a->hi[0] && a->lo[1] <= b->hi[1] &&
+           b->lo[1] <= a->hi[1] && a->lo[2] <= b->hi[2] && b->lo[2] <= a->hi[2];
+}
+
+/* what a primitive's points are from its body's centre of mass, at most */
+static ecp_real ecp_i_part_reach(const ecp_i_part *p)
+{
+    return ecp_i_norm(p->box_centre) + ecp_i_norm(p->box_half);
+}
+
+/* How far the primitive may go beyond its body's free displacement before a pair that was left out
+   must be looked at again: what contacts do to a body at rest, half as much again for its turn, and
+   a little of its size. */
+static ecp_real ecp_i_margin(const ecp_i_part *p, const ecp_i_motion *m, ecp_real h)
+{
+    ecp_real turn = h * ecp_i_norm(m->body->v + 3), free = h * ecp_i_norm(m->free + 3);
+    if (p->shape.kind == ECP_HALF_SPACE) return 0;
+    return h * ecp_i_norm(m->free) + ECP_R(1.5) * ecp_i_part_reach(p) * (turn + free) +
+           ECP_R(1e-3) * p->shape.radius + 8 * ECP_I_EPSILON * ecp_i_norm(m->body->x);
+}
+
+/* the primitive's box at the beginning (or the end) of the step, `reach` wider on all sides */
+static void ecp_i_part_box(const ecp_i_part *p, const ecp_i_motion *m, int at_end, ecp_real reach,
+                           ecp_i_box *box)
+{
+    const ecp_real *R = at_end ? m->R : m->R0;
+    int j, k;
+    if (p->shape.kind == ECP_HALF_SPACE) {
+        ecp_real local[3], origin[3];
+        ecp_i_mul(p->rotation, p->shape.size, local);
+        ecp_i_mul(R, local, box->lo);
+        ecp_i_mul(R, p->position, origin);
+        ecp_i_axpy(origin, 1, m->body->x, origin);
+        if (at_end) ecp_i_axpy(origin, 1, m->dx, origin);
+        box->hi[0] = ecp_i_dot(box->lo, origin) + p->shape.size[3];
+        return;
+    }
+    for (j = 0; j < 3; j++) {
+        ecp_real x = m->body->x[j] + (at_end ? m->dx[j] : ECP_R(0)), half = reach;
+        for (k = 0; k < 3; k++) {
+            x += R[3 * j + k] * p->box_centre[k];
+            half += ecp_i_abs(R[3 * j + k]) * p->box_half[k];
+        }
+        box->lo[j] = x - half;
+        box->hi[j] = x + half;
+    }
+}
+
+/* does the box reach into the half-space? */
+static int ecp_i_plane_meets(const ecp_i_box *plane, const ecp_i_box *box)
+{
+    ecp_real low = -plane->hi[0];
+    int k;
+    for (k = 0; k < 3; k++) {
+        low += plane->lo[k] * (plane->lo[k] > 0 ? box->lo[k] : box->hi[k]);
+    }
+    return low <= 0;
+}
+
+/* ten bits of each coordinate, interleaved */
+static uint32_t ecp_i_morton(const ecp_i_box *all, const ecp_i_box *box)
+{
+    uint32_t code = 0;
+    int j, bit;
+    for (j = 0; j < 3; j++) {
+        ecp_real size = all->hi[j] - all->lo[j];
+        ecp_real at = (box->lo[j] / 2 + box->hi[j] / 2 - all->lo[j]) / size;
+        uint32_t cell = at > 0 && at <= 1 ? (uint32_t)(at * 1023) : 0;
+        for (bit = 0; bit < 10; bit++) code |= (cell >> bit & 1u) << (3 * bit + j);
+    }
+    return code;
+}
+
+/* merge sort of leaf[] by code */
+static void ecp_i_sort_leaves(ecp_i_broad *b)
+{
+    int width, at, i, j, k;
+    for (width = 1; width < b->count; width *= 2) {
+        for (at = 0; at < b->count; at += 2 * width) {
+            int middle = at + width < b->count ? at + width : b->count;
+            int end = at + 2 * width < b->count ? at + 2 * width : b->count;
+            for (i = at, j = middle, k = at; k < end; k++) {
+                int first = i < middle && (j >= end || b->code[b->leaf[i]] <= b->code[b->leaf[j]]);
+                b->sorted[k] = first ? b->leaf[i++] : b->leaf[j++];
+            }
+        }
+        for (k = 0; k < b->count; k++) b->leaf[k] = b->sorted[k];
+    }
+}
+
+/* the tree over the boxes of all shapes that are there */
+static void ecp_i_broad_build(ecp_i_broad *b, const ecp_i_part *parts, int shapes)
+{
+    ecp_i_box all = {{0, 0, 0}, {0, 0, 0}};
+    int i;
+    b->count = b->plane_count = 0;
+    for (i = 0; i < shapes; i++) {
+        if (parts[i].body == ECP_I_FREE) continue;
+        if (parts[i].shape.kind == ECP_HALF_SPACE) {
+            b->planes[b->plane_count++] = i;
+            continue;
+        }
+        if (b->count == 0) all = b->boxes[i];
+        ecp_i_box_join(&all, b->boxes + i, &all);
+        b->leaf[b->count++] = i;
+    }
+    for (i = 0; i < b->count; i++) {
+        b->code[b->leaf[i]] = ecp_i_morton(&all, b->boxes + b->leaf[i]);
+    }
+    ecp_i_sort_leaves(b);
+    for (i = 0; i < b->count; i++) b->nodes[b->count + i] = b->boxes[b->leaf[i]];
+    for (i = b->count - 1; i > 0; i--) {
+        ecp_i_box_join(b->nodes + 2 * i, b->nodes + 2 * i + 1, b->nodes + i);
+    }
+}
+
+/* inserts into an ascending list what is not in it; returns the new length */
+static int ecp_i_insert_hit(int *hits, int count, int hit)
+{
+    int i, j = count;
+    while (j > 0 && hits[j - 1] > hit) j--;
+    if (j > 0 && hits[j - 1] == hit) return count;
+    for (i = count; i > j; i--) hits[i] = hits[i - 1];
+    hits[j] = hit;
+    return count + 1;
+}
+
+/* Lists in b->hits, in ascending order, the primitives after number `after` whose bounds meet those
+   of primitive i (which is bounded). Returns how many. */
+static int ecp_i_broad_query(ecp_i_broad *b, int i, int after)
+{
+    int stack[64], depth = 0, found = 0, j, k;
+    const ecp_i_box *box = b->boxes + i;
+    if (b->count > 0) stack[depth++] = 1;
+    while (depth > 0) {
+        int node = stack[--depth];
+        if (!ecp_i_boxes_meet(b->nodes + node, box)) continue;
+        if (node < b->count) {
+            stack[depth++] = 2 * node;
+            stack[depth++] = 2 * node + 1;
+        } else if (b->leaf[node - b->count] > after && b->leaf[node - b->count] != i) {
+            b->hits[found++] = b->leaf[node - b->count];
+        }
+    }
+    for (k = 0; k < b->plane_count; k++) {
+        int plane = b->planes[k];
+        if (plane > after && ecp_i_plane_meets(b->boxes + plane, box)) b->hits[found++] = plane;
+    }
+    for (j = 0, k = 0; k < found; k++) j = ecp_i_insert_hit(b->hits, j, b->hits[k]);
+    return found;
+}
+
+/* the same for a half-space: all bounded primitives after it that reach into it */
+static int ecp_i_broad_query_plane(ecp_i_broad *b, const ecp_i_part *parts, int shapes, int i)
+{
+    int j, found = 0;
+    for (j = i + 1; j < shapes; j++) {
+        if (parts[j].body == ECP_I_FREE || parts[j].shape.kind == ECP_HALF_SPACE) continue;
+        if (ecp_i_plane_meets(b->boxes + i, b->boxes + j)) b->hits[found++] = j;
+    }
+    return found;
+}
+
 /* >>step ================================================================================== */
 
 typedef struct ecp_i_step {
@@ -5229,11 +5455,12 @@ typedef struct ecp_i_step {
     ecp_i_arena arena;
     ecp_i_motion *motions;
     ecp_i_pair *pairs;
-    int pair_count, left_out;
+    int pair_count;
     ecp_i_patch *records; /* the next list of patches, and its multipliers */
     ecp_real *multipliers;
     int *extra, extras; /* pairs of shapes that turned out to touch after all */
-    int *bodies;        /* of an island */
+    int *notes;  /* of each pair: its shapes, lower first, and its patch in the world or -1 */
+    int *bodies; /* of an island */
     ecp_i_pair **members;
 } ecp_i_step;
 
@@ -5251,14 +5478,19 @@ static ecp_status ecp_i_fail(ecp_report *r, ecp_status status, int body, int sha
 
 /* >>memory: every block of a step is cut here, for ecp_world_memsize and for the step alike */
 
-static void ecp_i_carve_step(ecp_i_arena *arena, int bodies, int patches, int inequalities,
-                             ecp_i_step *s)
+static void ecp_i_carve_step(ecp_i_arena *arena, int bodies, int patches, ecp_i_step *s)
 {
     s->motions = (ecp_i_motion *)ecp_i_take(arena, (size_t)bodies, sizeof(ecp_i_motion));
+    s->bodies = ecp_i_take_ints(arena, bodies);
+    s->extra = ecp_i_take_ints(arena, 2 * patches);
+    s->notes = ecp_i_take_ints(arena, 3 * patches);
+}
+
+/* for the pairs that are in the step */
+static void ecp_i_carve_patches(ecp_i_arena *arena, int patches, int inequalities, ecp_i_step *s)
+{
     s->records = (ecp_i_patch *)ecp_i_take(arena, (size_t)patches, sizeof(ecp_i_patch));
     s->multipliers = ecp_i_take_reals(arena, patches, inequalities);
-    s->extra = ecp_i_take_ints(arena, 2 * patches);
-    s->bodies = ecp_i_take_ints(arena, bodies);
     s->members = (ecp_i_pair **)ecp_i_take(arena, (size_t)patches, sizeof(ecp_i_pair *));
     s->pairs = (ecp_i_pair *)ecp_i_take(arena, (size_t)patches, sizeof(ecp_i_pair));
 }
@@ -5308,11 +5540,14 @@ static void ecp_i_carve_world(ecp_i_arena *arena, ecp_world *w)
     ecp_i_pair c;
     ecp_i_tree t;
     ecp_i_graph g;
+    ecp_i_broad broad;
     ecp_real *vectors[5];
     int i, most = ecp_i_most_unknowns(d);
     size_t reals = ecp_i_tree_reals(d);
     ecp_i_carve_state(arena, w);
-    ecp_i_carve_step(arena, d->max_bodies, d->max_patches, d->max_inequalities, &s);
+    ecp_i_carve_step(arena, d->max_bodies, d->max_patches, &s);
+    ecp_i_carve_patches(arena, d->max_patches, d->max_inequalities, &s);
+    ecp_i_carve_broad(arena, d->max_shapes, &broad);
     for (i = 0; i < d->max_patches; i++) {
         ecp_i_carve_pair(arena, d->max_inequalities, 2, &c);
         ecp_i_carve_block(arena, most, 2, &c);
@@ -5370,24 +5605,40 @@ ECP_DEF ecp_status ecp_world_init(ecp_world **world, const ecp_world_desc *desc,
 
 /* >>patches: which pairs of primitives are in the step's problem */
 
-/* how far a point of the primitive can come within the step at the free velocity */
-static ecp_real ecp_i_travel(const ecp_i_part *p, const ecp_i_motion *m, ecp_real h)
+/* the two primitives of a pair and where they are, without the rest of it */
+static int ecp_i_pair_bind(const ecp_i_step *s, int i, int j, ecp_i_pair *c)
 {
-    ecp_real reach = ecp_i_norm(p->position) + ecp_i_norm(p->shape.centre);
-    if (p->shape.radius > 0) reach += p->shape.radius;
-    return h * reach * ecp_i_norm(m->v + 3);
+    const ecp_i_part *parts = ecp_i_parts(s->w);
+    int swap = parts[i].shape.kind == ECP_HALF_SPACE;
+    const ecp_i_part *a = parts + (swap ? j : i), *b = parts + (swap ? i : j);
+    ecp_i_motion *ma, *mb;
+    if (!ecp_i_may_meet(a, b)) return 0;
+    ma = s->motions + a->body;
+    mb = s->motions + b->body;
+    if (a->shape.kind == ECP_HALF_SPACE || ma == mb || (!ma->dynamic && !mb->dynamic)) return 0;
+    c->shape_a = swap ? j : i;
+    c->shape_b = swap ? i : j;
+    c->a = a;
+    c->b = b;
+    c->ma = ma;
+    c->mb = mb;
+    c->plane = b->shape.kind == ECP_HALF_SPACE;
+    ecp_i_sub(ma->body->x, mb->body->x, c->offset);
+    ecp_i_axpy(c->offset, 1, ma->body->x_carry, c->offset);
+    ecp_i_sub(c->offset, mb->body->x_carry, c->offset);
+    return 1;
 }
 
 /* Can the two touch within the step? Asked at the beginning of the step, of the free motion, with
-   half as much again for what contacts do to it; what this misses is found by ecp_i_find_touching. */
-static int ecp_i_near(const ecp_i_pair *c, ecp_real h)
+   half as much again for what contacts do to it; what this misses is found by ecp_i_find_touching.
+   old: the pair's patch of the last step, or NULL. */
+static int ecp_i_near(const ecp_i_pair *c, const ecp_i_patch *old, ecp_real h)
 {
     ecp_i_posed A, B;
     ecp_real n[3], at_a[3], at_b[3], move[3], reach;
     ecp_i_sub(c->ma->dx, c->mb->dx, move);
-    reach = ecp_i_norm(move) + ecp_i_travel(c->a, c->ma, h);
-    if (!c->plane) reach += ecp_i_travel(c->b, c->mb, h);
-    reach = ECP_R(1.5) * reach + ECP_R(1e-3) * c->a->shape.radius;
+    reach =
+        ECP_R(1.5) * ecp_i_norm(move) + ecp_i_margin(c->a, c->ma, h) + ecp_i_margin(c->b, c->mb, h);
     ecp_i_pose(c, 0, 0, &A);
     ecp_i_pose(c, 1, 0, &B);
     if (c->plane) {
@@ -5401,6 +5652,7 @@ static int ecp_i_near(const ecp_i_pair *c, ecp_real h)
     ecp_i_posed_centre(&B, at_b);
     ecp_i_sub(at_b, at_a, n);
     if (ecp_i_norm(n) - A.shape->radius - B.shape->radius > reach) return 0;
+    if (old && !old->guess && old->contact.gap <= reach) return 1;
     if (ecp_i_normalise(n) && ecp_i_separation(&A, &B, n) > reach) return 0;
     return ecp_i_distance(&A, &B, at_a, at_b, n) <= reach;
 }
@@ -5446,27 +5698,10 @@ static void ecp_i_pair_friction(ecp_i_pair *c)
 /* the primitives i < j as a patch; 0 if they never make one */
 static int ecp_i_pair_setup(const ecp_i_step *s, int i, int j, ecp_i_pair *c)
 {
-    const ecp_i_part *parts = ecp_i_parts(s->w);
-    int swap = parts[i].shape.kind == ECP_HALF_SPACE;
-    const ecp_i_part *a = parts + (swap ? j : i), *b = parts + (swap ? i : j);
-    ecp_i_motion *ma, *mb;
-    if (!ecp_i_may_meet(a, b)) return 0;
-    ma = s->motions + a->body;
-    mb = s->motions + b->body;
-    if (a->shape.kind == ECP_HALF_SPACE || ma == mb || (!ma->dynamic && !mb->dynamic)) return 0;
     ECPSIM_MEMSET(c, 0, sizeof *c);
-    c->shape_a = swap ? j : i;
-    c->shape_b = swap ? i : j;
-    c->a = a;
-    c->b = b;
-    c->ma = ma;
-    c->mb = mb;
-    c->plane = b->shape.kind == ECP_HALF_SPACE;
-    c->nl = a->shape.inequalities;
-    c->nm = c->plane ? 0 : b->shape.inequalities;
-    ecp_i_sub(ma->body->x, mb->body->x, c->offset);
-    ecp_i_axpy(c->offset, 1, ma->body->x_carry, c->offset);
-    ecp_i_sub(c->offset, mb->body->x_carry, c->offset);
+    if (!ecp_i_pair_bind(s, i, j, c)) return 0;
+    c->nl = c->a->shape.inequalities;
+    c->nm = c->plane ? 0 : c->b->shape.inequalities;
     ecp_i_pair_friction(c);
     c->count = ecp_i_at_p(c) + 1 + c->nf;
     c->old = -1;
@@ -5496,75 +5731,203 @@ static int ecp_i_patch_is(const ecp_i_patch *p, int i, int j)
            (p->contact.shape_a == j && p->contact.shape_b == i);
 }
 
+/* notes the pair of i < j if it can touch; *next: where the search in the world's list goes on */
+static ecp_status ecp_i_note_pair(ecp_i_step *s, int i, int j, int *next)
+{
+    const ecp_i_patch *list = ecp_i_patches(s->w), *old = NULL;
+    ecp_i_pair c;
+    int inequalities, *note;
+    if (!ecp_i_pair_bind(s, i, j, &c)) return ECP_OK;
+    while (*next < s->w->patches && ecp_i_patch_before(list + *next, i, j)) ++*next;
+    if (*next < s->w->patches && ecp_i_patch_is(list + *next, i, j)) old = list + *next;
+    if (!ecp_i_near(&c, old, s->h) && !ecp_i_is_extra(s, i, j)) return ECP_OK;
+    if (s->pair_count == s->w->desc.max_patches) {
+        return ecp_i_fail(s->r, ECP_CAPACITY, -1, i, j, (ecp_real)(s->pair_count + 1),
+                          (ecp_real)s->w->desc.max_patches);
+    }
+    inequalities = c.a->shape.inequalities + (c.plane ? 0 : c.b->shape.inequalities);
+    if (inequalities > s->w->desc.max_inequalities) {
+        return ecp_i_fail(s->r, ECP_CAPACITY, -1, i, j, (ecp_real)inequalities,
+                          (ecp_real)s->w->desc.max_inequalities);
+    }
+    note = s->notes + 3 * s->pair_count++;
+    note[0] = i;
+    note[1] = j;
+    note[2] = old ? *next : -1;
+    return ECP_OK;
+}
+
+/* the pairs of primitives that can touch, and the memory for their patches */
 static ecp_status ecp_i_find_pairs(ecp_i_step *s)
 {
-    const ecp_i_patch *old = ecp_i_patches(s->w);
-    ecp_i_pair *c;
-    int i, j, next = 0;
-    s->pair_count = s->left_out = 0;
-    for (i = 0; i < s->w->shapes; i++) {
-        for (j = i + 1; j < s->w->shapes; j++) {
-            ecp_i_pair candidate;
-            if (!ecp_i_pair_setup(s, i, j, &candidate)) continue;
-            if (!ecp_i_is_extra(s, i, j) && !ecp_i_near(&candidate, s->h)) {
-                s->left_out++;
-                continue;
-            }
-            if (s->pair_count == s->w->desc.max_patches) {
-                return ecp_i_fail(s->r, ECP_CAPACITY, -1, i, j, (ecp_real)(s->pair_count + 1),
-                                  (ecp_real)s->w->desc.max_patches);
-            }
-            if (candidate.nl + candidate.nm > s->w->desc.max_inequalities) {
-                return ecp_i_fail(s->r, ECP_CAPACITY, -1, i, j,
-                                  (ecp_real)(candidate.nl + candidate.nm),
-                                  (ecp_real)s->w->desc.max_inequalities);
-            }
-            while (next < s->w->patches && ecp_i_patch_before(old + next, i, j)) next++;
-            if (next < s->w->patches && ecp_i_patch_is(old + next, i, j)) candidate.old = next;
-            c = s->pairs + s->pair_count++;
-            *c = candidate;
-            ecp_i_carve_pair(&s->arena, c->nl, c->nm, c);
+    const ecp_i_part *parts = ecp_i_parts(s->w);
+    ecp_i_broad b;
+    ecp_status status = ECP_OK;
+    size_t mark = s->arena.used;
+    int i, k, found, next = 0, shapes = s->w->shapes;
+    ecp_i_carve_broad(&s->arena, shapes, &b);
+    for (i = 0; i < shapes; i++) {
+        const ecp_i_motion *m = s->motions + parts[i].body;
+        if (parts[i].body == ECP_I_FREE) continue;
+        ecp_i_part_box(parts + i, m, 0,
+                       ECP_R(1.5) * ecp_i_norm(m->dx) + ecp_i_margin(parts + i, m, s->h),
+                       b.boxes + i);
+        /* a half-space that moves is left to ecp_i_near */
+        if (parts[i].shape.kind == ECP_HALF_SPACE && m->body->kind == ECP_KINEMATIC) {
+            ecp_i_set3(0, 0, 0, b.boxes[i].lo);
+            b.boxes[i].hi[0] = 0;
         }
+    }
+    ecp_i_broad_build(&b, parts, shapes);
+    s->pair_count = 0;
+    for (i = 0; i < shapes; i++) {
+        if (parts[i].body == ECP_I_FREE) continue;
+        found = parts[i].shape.kind == ECP_HALF_SPACE
+                    ? ecp_i_broad_query_plane(&b, parts, shapes, i)
+                    : ecp_i_broad_query(&b, i, i);
+        for (k = 0; k < s->extras; k++) {
+            if (s->extra[2 * k] == i) found = ecp_i_insert_hit(b.hits, found, s->extra[2 * k + 1]);
+        }
+        for (k = 0; k < found && status == ECP_OK; k++) {
+            status = ecp_i_note_pair(s, i, b.hits[k], &next);
+        }
+    }
+    s->arena.used = mark;
+    if (status != ECP_OK) return status;
+    ecp_i_carve_patches(&s->arena, s->pair_count, s->w->desc.max_inequalities, s);
+    for (i = 0; i < s->pair_count; i++) {
+        ecp_i_pair *c = s->pairs + i;
+        ecp_i_pair_setup(s, s->notes[3 * i], s->notes[3 * i + 1], c);
+        c->old = s->notes[3 * i + 2];
+        ecp_i_carve_pair(&s->arena, c->nl, c->nm, c);
     }
     return ECP_OK;
 }
 
-/* adds left-out pairs that overlap at the end of the step to the extra ones; returns how many */
-static int ecp_i_find_touching(ecp_i_step *s)
+static int ecp_i_is_noted(const ecp_i_step *s, int i, int j)
 {
+    int lo = 0, hi = s->pair_count;
+    while (lo < hi) {
+        int middle = lo + (hi - lo) / 2;
+        const int *note = s->notes + 3 * middle;
+        if (note[0] == i && note[1] == j) return 1;
+        if (note[0] < i || (note[0] == i && note[1] < j))
+            lo = middle + 1;
+        else
+            hi = middle;
+    }
+    return 0;
+}
+
+/* Has the primitive gone farther from its free motion than its margin? Only then can it touch one
+   that it was not thought near. */
+static int ecp_i_strayed(const ecp_i_part *p, const ecp_i_motion *m, ecp_real h)
+{
+    ecp_real off[3];
+    if (!m->dynamic) return 0;
+    ecp_i_sub(m->dv, m->free, off);
+    return h * (ecp_i_norm(off) + ecp_i_part_reach(p) * ecp_i_norm(m->v + 3)) >
+           ecp_i_margin(p, m, h);
+}
+
+/* adds pairs that were left out but overlap at the end of the step to the extra ones */
+static void ecp_i_find_touching(ecp_i_step *s)
+{
+    const ecp_i_part *parts = ecp_i_parts(s->w);
+    ecp_i_broad b;
     ecp_i_pair c;
-    int i, j, k, found = 0;
-    for (i = 0, k = 0; i < s->w->shapes; i++) {
-        for (j = i + 1; j < s->w->shapes; j++) {
-            int kept =
-                k < s->pair_count && ((s->pairs[k].shape_a == i && s->pairs[k].shape_b == j) ||
-                                      (s->pairs[k].shape_a == j && s->pairs[k].shape_b == i));
-            k += kept;
-            if (kept || !ecp_i_pair_setup(s, i, j, &c) || !ecp_i_touching(&c)) continue;
-            found++;
+    size_t mark = s->arena.used;
+    int i, j, k, found, strayed = 0, shapes = s->w->shapes;
+    for (i = 0; i < shapes && !strayed; i++) {
+        if (parts[i].body == ECP_I_FREE) continue;
+        strayed = ecp_i_strayed(parts + i, s->motions + parts[i].body, s->h);
+    }
+    if (!strayed) return;
+    ecp_i_carve_broad(&s->arena, shapes, &b);
+    for (i = 0; i < shapes; i++) {
+        if (parts[i].body == ECP_I_FREE) continue;
+        ecp_i_part_box(parts + i, s->motions + parts[i].body, 1, 0, b.boxes + i);
+    }
+    ecp_i_broad_build(&b, parts, shapes);
+    for (i = 0; i < shapes; i++) {
+        if (parts[i].body == ECP_I_FREE || parts[i].shape.kind == ECP_HALF_SPACE) continue;
+        if (!ecp_i_strayed(parts + i, s->motions + parts[i].body, s->h)) continue;
+        found = ecp_i_broad_query(&b, i, -1);
+        for (k = 0; k < found; k++) {
+            int lo = i < b.hits[k] ? i : b.hits[k];
+            j = i + b.hits[k] - lo;
+            if (ecp_i_is_noted(s, lo, j) || ecp_i_is_extra(s, lo, j)) continue;
+            if (!ecp_i_pair_bind(s, lo, j, &c) || !ecp_i_touching(&c)) continue;
             if (s->extras == s->w->desc.max_patches) continue;
-            s->extra[2 * s->extras] = i;
+            s->extra[2 * s->extras] = lo;
             s->extra[2 * s->extras++ + 1] = j;
         }
     }
-    return found;
+    s->arena.used = mark;
 }
 
-/* gives every dynamic body the lowest index of the bodies that it is joined with by patches */
+/* pairs of primitives that could make a patch if they were near each other, without filters */
+static int ecp_i_count_pairs(const ecp_i_step *s)
+{
+    const ecp_i_part *parts = ecp_i_parts(s->w);
+    int i, dynamic = 0, others = 0, same = 0;
+    for (i = 0; i < s->w->bodies; i++) s->motions[i].at = 0;
+    for (i = 0; i < s->w->shapes; i++) {
+        ecp_i_motion *m = s->motions + parts[i].body;
+        if (parts[i].body == ECP_I_FREE) continue;
+        if (!m->dynamic) {
+            others++;
+            continue;
+        }
+        same += m->at++;
+        dynamic++;
+    }
+    return dynamic * others + dynamic * (dynamic - 1) / 2 - same;
+}
+
+/* the body that stands for the set that body i is in; the lowest index of the set */
+static int ecp_i_island_root(ecp_i_motion *motions, int i)
+{
+    while (motions[i].island != i) {
+        motions[i].island = motions[motions[i].island].island;
+        i = motions[i].island;
+    }
+    return i;
+}
+
+/* Joins bodies that share patches, and lists the bodies and patches of each island, in their order,
+   at its first body. */
 static void ecp_i_label_islands(ecp_i_step *s)
 {
-    int i, changed = 1;
-    for (i = 0; i < s->w->bodies; i++) s->motions[i].island = s->motions[i].dynamic ? i : -1;
-    while (changed) {
-        for (i = 0, changed = 0; i < s->pair_count; i++) {
-            ecp_i_motion *a = s->pairs[i].ma, *b = s->pairs[i].mb;
-            if (!a->dynamic || !b->dynamic || a->island == b->island) continue;
-            if (a->island < b->island)
-                b->island = a->island;
-            else
-                a->island = b->island;
-            changed = 1;
-        }
+    ecp_i_motion *motions = s->motions;
+    int i, a, b;
+    for (i = 0; i < s->w->bodies; i++) {
+        motions[i].island = motions[i].dynamic ? i : -1;
+        motions[i].first_pair = motions[i].next_body = -1;
+    }
+    for (i = 0; i < s->pair_count; i++) {
+        const ecp_i_pair *c = s->pairs + i;
+        if (!c->ma->dynamic || !c->mb->dynamic) continue;
+        a = ecp_i_island_root(motions, c->a->body);
+        b = ecp_i_island_root(motions, c->b->body);
+        if (a < b)
+            motions[b].island = a;
+        else
+            motions[a].island = b;
+    }
+    for (i = s->w->bodies - 1; i >= 0; i--) {
+        if (!motions[i].dynamic) continue;
+        a = ecp_i_island_root(motions, i);
+        motions[i].island = a;
+        if (a == i) continue;
+        motions[i].next_body = motions[a].next_body;
+        motions[a].next_body = i;
+    }
+    for (i = s->pair_count - 1; i >= 0; i--) {
+        ecp_i_pair *c = s->pairs + i;
+        ecp_i_motion *m = motions + (c->ma->dynamic ? c->ma : c->mb)->island;
+        c->next_pair = m->first_pair;
+        m->first_pair = i;
     }
 }
 
@@ -5591,42 +5954,53 @@ static ecp_real ecp_i_island_speed(const ecp_i_island *s)
     return ecp_i_power_of_two(speed);
 }
 
-/* Which of a patch's bodies is carried: the upper one; without gravity the lighter one. */
+/* Which of a patch's bodies is carried: the upper one, or without gravity the lighter one. */
 static ecp_i_motion *ecp_i_carried(const ecp_i_island *s, const ecp_i_pair *c)
 {
     const ecp_real *g = s->world->desc.gravity;
+    ecp_real down = ecp_i_dot(g, c->offset);
     if (!c->ma->dynamic || !c->mb->dynamic) return c->ma->dynamic ? c->ma : c->mb;
-    if (!(ecp_i_norm(g) > 0)) return c->mb->mass < c->ma->mass ? c->mb : c->ma;
-    return ecp_i_dot(g, c->offset) > 0 ? c->mb : c->ma;
+    if (!(ecp_i_norm(g) > 0)) down = c->ma->mass - c->mb->mass;
+    if (down == 0) return c->ma < c->mb ? c->ma : c->mb;
+    return down > 0 ? c->mb : c->ma;
 }
 
 /* The mass that rests on each patch: a body's own and what it carries, shared alike by the patches
-   that carry it. Passed down from patch to patch, as often as the island is high. */
+   that carry it; handed down from the bodies that carry nothing. */
 static void ecp_i_island_loads(ecp_i_island *s)
 {
-    int i, changed = 1, rounds;
+    ecp_i_motion *ready = NULL;
+    int i;
     for (i = 0; i < s->body_count; i++) {
-        s->motions[s->bodies[i]].loads = 0;
-        s->motions[s->bodies[i]].load = 0;
+        ecp_i_motion *m = s->motions + s->bodies[i];
+        m->load = m->mass;
+        m->loads = m->carries = 0;
+        m->rests_on = NULL;
     }
     for (i = 0; i < s->pair_count; i++) {
-        s->pairs[i]->carried = ecp_i_carried(s, s->pairs[i]);
-        s->pairs[i]->carried->loads++;
+        ecp_i_pair *c = s->pairs[i];
+        ecp_i_motion *carried = c->carried = ecp_i_carried(s, c);
+        c->next_below = carried->rests_on;
+        carried->rests_on = c;
+        carried->loads++;
+        (carried == c->ma ? c->mb : c->ma)->carries++;
     }
-    for (rounds = 0; changed && rounds <= s->body_count; rounds++) {
-        for (i = 0; i < s->body_count; i++) {
-            ecp_i_motion *m = s->motions + s->bodies[i];
-            m->above = m->mass;
-        }
-        for (i = 0; i < s->pair_count; i++) {
-            ecp_i_pair *c = s->pairs[i];
-            ecp_i_motion *carrier = c->carried == c->ma ? c->mb : c->ma;
-            if (carrier->dynamic) carrier->above += c->carried->load / (ecp_real)c->carried->loads;
-        }
-        for (i = 0, changed = 0; i < s->body_count; i++) {
-            ecp_i_motion *m = s->motions + s->bodies[i];
-            changed |= m->above != m->load;
-            m->load = m->above;
+    for (i = s->body_count - 1; i >= 0; i--) {
+        ecp_i_motion *m = s->motions + s->bodies[i];
+        if (m->carries > 0) continue;
+        m->next_ready = ready;
+        ready = m;
+    }
+    while (ready) {
+        ecp_i_motion *m = ready;
+        const ecp_i_pair *c;
+        ready = m->next_ready;
+        for (c = m->rests_on; c; c = c->next_below) {
+            ecp_i_motion *below = c->ma == m ? c->mb : c->ma;
+            below->load += m->load / (ecp_real)m->loads;
+            if (--below->carries > 0 || !below->dynamic) continue;
+            below->next_ready = ready;
+            ready = below;
         }
     }
 }
@@ -5937,15 +6311,13 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     s.world = step->w;
     s.nearest = step->o->rule == ECP_NEAREST;
     s.noise = ecp_i_content(step->o->tolerance) / 2;
-    for (i = 0; i < step->w->bodies; i++) {
-        if (s.motions[i].island != label) continue;
+    for (i = label; i >= 0; i = s.motions[i].next_body) {
         s.motions[i].at = 6 * s.body_count;
         s.bodies[s.body_count++] = i;
     }
     s.unknowns = 6 * s.body_count;
-    for (i = 0; i < step->pair_count; i++) {
+    for (i = s.motions[label].first_pair; i >= 0; i = step->pairs[i].next_pair) {
         ecp_i_pair *c = step->pairs + i;
-        if ((c->ma->dynamic ? c->ma : c->mb)->island != label) continue;
         c->at = s.unknowns;
         s.unknowns += c->count;
         s.pairs[s.pair_count++] = c;
@@ -6106,8 +6478,7 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
         s.r = &r;
         s.arena = ecp_i_arena_over(world, world->bytes);
         s.arena.used = s.arena.high = world->state_bytes;
-        ecp_i_carve_step(&s.arena, world->bodies, world->desc.max_patches,
-                         world->desc.max_inequalities, &s);
+        ecp_i_carve_step(&s.arena, world->bodies, world->desc.max_patches, &s);
         for (i = 0; i < world->bodies; i++) {
             const ecp_i_body *b = ecp_i_bodies(world) + i;
             if (b->kind != ECP_I_FREE) ecp_i_predict(world, b, h, s.motions + i);
@@ -6117,7 +6488,7 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
             r.largest_turn = ecp_i_max(r.largest_turn, h * ecp_i_norm(s.motions[i].v + 3));
         }
         r.patches_kept = s.pair_count;
-        r.patches_left_out = s.left_out;
+        r.patches_left_out = ecp_i_count_pairs(&s) - s.pair_count;
         if (status == ECP_OK) status = ecp_i_verify(&s);
         if (status == ECP_OK) status = ecp_i_commit(&s);
         r.memory_used = s.arena.most;
@@ -6447,6 +6818,8 @@ static void ecp_i_put_parts(const ecp_i_text *t, const ecp_world *w)
         ecp_i_put(t, "         },\n");
         ecp_i_put_list(t, "position", p->position, 3, 3);
         ecp_i_put_list(t, "rotation", p->rotation, 9, 3);
+        ecp_i_put_list(t, "box_centre", p->box_centre, 3, 3);
+        ecp_i_put_list(t, "box_half", p->box_half, 3, 3);
         ecp_i_put_int(t, "         ", p->body, ", /* body */\n         0x");
         ecp_i_put_digits(t, p->category, 16);
         ecp_i_put(t, "u, 0x");
@@ -6520,6 +6893,7 @@ static void ecp_i_put_world(const ecp_i_text *t, const ecp_world *w)
     ecp_i_put_int(t, "    desc.max_shapes = ", w->desc.max_shapes, ";\n");
     ecp_i_put_int(t, "    desc.max_patches = ", w->desc.max_patches, ";\n");
     ecp_i_put_int(t, "    desc.max_inequalities = ", w->desc.max_inequalities, ";\n");
+    ecp_i_put_int(t, "    desc.solver_bytes = ", (int)w->desc.solver_bytes, ";\n");
     for (k = 0; k < 3; k++) {
         ecp_i_put_int(t, "    desc.gravity[", k, "] = ");
         ecp_i_put_real(t, w->desc.gravity[k]);

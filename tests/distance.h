@@ -168,8 +168,8 @@ static void distance_refine(const distance_solid *a, const distance_solid *b, do
                             double *best, double n[3])
 {
     double turn = 0.03, angle = 0;
-    int i, k;
-    while (turn > 1e-15 && *best < enough) {
+    int round, i, k;
+    for (round = 0; round < 200 && turn > 1e-15 && *best < enough; round++) {
         double before = *best, centre[3], t[3], o[3], size, direction[3];
         memcpy(centre, n, sizeof centre);
         k = fabs(n[0]) < 0.6 ? 0 : fabs(n[1]) < 0.6 ? 1 : 2;

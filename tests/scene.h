@@ -148,7 +148,7 @@ static inline void to_real(const double *from, int n, ecp_real *to)
 /* ---- solids */
 
 static inline void solid_add(solid *b, const ecp_shape *shape, double x, double y, double z,
-                      const double *turn)
+                             const double *turn)
 {
     const double none[4] = {1, 0, 0, 0};
     b->shape[b->parts] = *shape;
@@ -177,7 +177,8 @@ static inline void solid_close(solid *b)
 }
 
 /* how far the solid, turned by q, reaches along n from its centre of mass, and where */
-static inline double solid_reach(const solid *b, const double q[4], const double n[3], double point[3])
+static inline double solid_reach(const solid *b, const double q[4], const double n[3],
+                                 double point[3])
 {
     double best = -1e300;
     int i, k;
@@ -216,7 +217,8 @@ static inline void solid_box(solid *b, double x, double y, double z)
 }
 
 /* a ball, capsule or cylinder about the z axis, or a frustum if `top` is not the radius */
-static inline void solid_round(solid *b, ecp_shape_kind kind, double radius, double top, double half)
+static inline void solid_round(solid *b, ecp_shape_kind kind, double radius, double top,
+                               double half)
 {
     ecp_real r = (ecp_real)radius, h = (ecp_real)half;
     ecp_shape shape;
@@ -259,7 +261,8 @@ static inline uint64_t scene_seed(const char *name, int number)
 }
 
 /* an empty world with room for exactly this, and gravity g downwards */
-static inline void scene_open(scene *s, int bodies, int shapes, int patches, int inequalities, double g)
+static inline void scene_open(scene *s, int bodies, int shapes, int patches, int inequalities,
+                              double g)
 {
     ecp_world_desc d = ecp_world_desc_default();
     size_t bytes;
@@ -310,8 +313,8 @@ static inline int ground(scene *s, double nx, double ny, double nz, const double
 }
 
 /* Adds a solid of this mass; NULL: no turn, at rest. The body's description goes to *out. */
-static inline int body_add(scene *s, const solid *b, double mass, const double x[3], const double *q,
-                    const double *v, const double *w, ecp_body_desc *out)
+static inline int body_add(scene *s, const solid *b, double mass, const double x[3],
+                           const double *q, const double *v, const double *w, ecp_body_desc *out)
 {
     ecp_body_desc d = ecp_body_desc_default();
     int body, i, k;

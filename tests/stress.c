@@ -1,7 +1,7 @@
 /* The stress run: stress [quick|full] [family] [case]
 
-   Families of scenes, each built from a seed, so that `stress full pair 17` repeats one case. After
-   every step the report is counted, and penetration is measured by code that knows nothing of the
+   Families of scenes, each built from a seed, so that `stress full pair 17` repeats one case, with a
+   line a step on stderr. After every step the report is counted, and penetration is measured by code that knows nothing of the
    solver (distance.h). A step that is not solved ends its case. One row a family, and the sum:
 
      geom .. sub   steps that needed each fallback
@@ -29,7 +29,7 @@
 /* one case of a family, and what is known of it while it runs */
 typedef struct trial {
     scene s;
-    int number, full;
+    int number, full, trace;
     double h;
     int steps;
     int loaded;      /* no energy balance */
@@ -262,7 +262,18 @@ static void build_throw(trial *t)
 
 /* ---- pairs in free space */
 
-enum { HEAD_ON, GLANCING, EDGES, VERTICES, FACES, ALONGSIDE, TOUCHING, APART, OVERLAPPING, MEETINGS };
+enum {
+    HEAD_ON,
+    GLANCING,
+    EDGES,
+    VERTICES,
+    FACES,
+    ALONGSIDE,
+    TOUCHING,
+    APART,
+    OVERLAPPING,
+    MEETINGS
+};
 
 /* the direction of a solid that meets the other one: a face, edge, vertex, mantle, or anything */
 static void meeting_direction(scene *s, int meeting, double n[3])
@@ -417,7 +428,8 @@ static void lean(trial *t, double x, double z, double half, double thick, double
 /* one pair of cards, or two under a deck that carries a third */
 static void build_cards(trial *t)
 {
-    double half = 0.045, thick = 2e-4, angle = uniform(&t->s, 0.1, 0.4), x[3] = {0, 0, 0}, wide, top;
+    double half = 0.045, thick = 2e-4, angle = uniform(&t->s, 0.1, 0.4), x[3] = {0, 0, 0}, wide,
+           top;
     int house = t->number % 2;
     solid deck;
     scene_open(&t->s, house ? 8 : 3, house ? 8 : 3, house ? 30 : 3, 12, 9.8);
@@ -458,7 +470,8 @@ static void build_arch(trial *t)
     solid_hull(s, &b, rows, 6);
     for (i = 0; i < n; i++) {
         double angle = (i + 0.5) * step, centre[3] = {0, 0, 0}, moved[3];
-        centre[0] = mean * middle - b.at[0][0]; /* the origin of the planes, and the closed solid's */
+        centre[0] =
+            mean * middle - b.at[0][0]; /* the origin of the planes, and the closed solid's */
         turn_about(0, 1, 0, -angle, q);
         turned(q, centre, moved);
         memcpy(x, moved, sizeof x);
@@ -630,13 +643,18 @@ static void build_patches(trial *t)
 /* a pyramid or a cone on its tip: upright to rounding, nearly so, or spinning */
 static void build_apex(trial *t)
 {
-    double rows[5][4] = {{1, 0, -0.6, 0.2}, {-1, 0, -0.6, 0.2}, {0, 1, -0.6, 0.2},
-                         {0, -1, -0.6, 0.2}, {0, 0, 1, 0.3}};
+    double rows[5][4] = {{1, 0, -0.6, 0.2},
+                         {-1, 0, -0.6, 0.2},
+                         {0, 1, -0.6, 0.2},
+                         {0, -1, -0.6, 0.2},
+                         {0, 0, 1, 0.3}};
     static const double tilts[4] = {0, 1e-12, 1e-6, 1e-2};
     double q[4], w[3] = {0, 0, 0};
     solid b;
-    if (t->number % 2) solid_round(&b, ECP_FRUSTUM, 0, 0.3, 0.3);
-    else solid_hull(&t->s, &b, rows, 5);
+    if (t->number % 2)
+        solid_round(&b, ECP_FRUSTUM, 0, 0.3, 0.3);
+    else
+        solid_hull(&t->s, &b, rows, 5);
     open_plane(t, &b, 9.8);
     friction(&t->s, random_mu(&t->s), pick(&t->s, 2) * 0.01);
     ground(&t->s, 0, 0, 1, NULL);
@@ -715,8 +733,10 @@ static void build_rod(trial *t)
     scene *s = &t->s;
     double q[4], v[3] = {0, 0, 0}, w[3] = {0, 0, 0}, angle = uniform(s, 0.2, 1.3);
     solid b;
-    if (t->number % 2) solid_round(&b, ECP_CAPSULE, 0.01, 0, 1);
-    else solid_box(&b, 0.02, 0.02, 1);
+    if (t->number % 2)
+        solid_round(&b, ECP_CAPSULE, 0.01, 0, 1);
+    else
+        solid_box(&b, 0.02, 0.02, 1);
     open_plane(t, &b, 9.8);
     friction(s, uniform(s, 1, 3), 0);
     ground(s, 0, 0, 1, NULL);
@@ -829,32 +849,22 @@ static void build_creep(trial *t)
 }
 
 static const family families[] = {
-    {"drop", build_drop, 120, 1800},
-    {"throw", build_throw, 120, 1800},
-    {"pair", build_pair, 576, 1728},
-    {"stack", build_stack, 30, 60},
-    {"plank", build_plank, 10, 100},
-    {"cards", build_cards, 4, 20},
-    {"arch", build_arch, 7, 28},
-    {"dominoes", build_dominoes, 2, 8},
-    {"scale", build_scale, 120, 1800},
-    {"far", build_far, 48, 240},
-    {"torsion", build_torsion, 36, 216},
-    {"needle", build_needle, 30, 150},
-    {"plate", build_plate, 20, 200},
-    {"patches", build_patches, 9, 54},
-    {"apex", build_apex, 16, 96},
-    {"corner", build_corner, 20, 200},
-    {"jam", build_jam, 20, 200},
-    {"rod", build_rod, 30, 300},
-    {"rest", build_rest, 1, 1},
-    {"push", build_push, 3, 3},
+    {"drop", build_drop, 120, 1800},     {"throw", build_throw, 120, 1800},
+    {"pair", build_pair, 576, 1728},     {"stack", build_stack, 30, 60},
+    {"plank", build_plank, 10, 100},     {"cards", build_cards, 4, 20},
+    {"arch", build_arch, 7, 28},         {"dominoes", build_dominoes, 2, 8},
+    {"scale", build_scale, 120, 1800},   {"far", build_far, 48, 240},
+    {"torsion", build_torsion, 36, 216}, {"needle", build_needle, 30, 150},
+    {"plate", build_plate, 20, 200},     {"patches", build_patches, 9, 54},
+    {"apex", build_apex, 16, 96},        {"corner", build_corner, 20, 200},
+    {"jam", build_jam, 20, 200},         {"rod", build_rod, 30, 300},
+    {"rest", build_rest, 1, 1},          {"push", build_push, 3, 3},
     {"creep", build_creep, 9, 12},
 };
 
 /* ---- measuring */
 
-/* kinetic energy, its sum with the potential one, and m g size */
+/* kinetic energy, its sum with the potential one, and m g size (or what rounding may stir up) */
 static void energies(trial *t, double *kinetic, double *total, double *lift)
 {
     int i, k, r;
@@ -862,6 +872,7 @@ static void energies(trial *t, double *kinetic, double *total, double *lift)
     for (i = 0; i < ecp_world_body_count(t->s.world); i++) {
         const ecp_body_desc *d = t->body + i;
         double m = (double)d->mass, q[4], w[3], local[3], g = 0;
+        double noise = (in_double ? 1e-12 : 1e-4) * t->size[i] / t->h;
         ecp_real x[3], turn[4], v[3], spin[3];
         if (d->kind != ECP_DYNAMIC) continue;
         must(ecp_body_get_state(t->s.world, i, x, turn, v, spin));
@@ -876,7 +887,7 @@ static void energies(trial *t, double *kinetic, double *total, double *lift)
             *total -= m * t->s.g[k] * (double)(x[k] - d->position[k]);
             g += t->s.g[k] * t->s.g[k];
         }
-        *lift += m * sqrt(g) * t->size[i];
+        *lift += m * (sqrt(g) * t->size[i] + noise * noise);
     }
     *total += *kinetic;
 }
@@ -970,7 +981,17 @@ static void progress(const family *f, int number, int cases, int step)
     if (terminal) fprintf(stderr, "\r%s %d of %d: %d \r", f->name, number + 1, cases, step);
 }
 
-static void run_case(const family *f, int number, int full, tally *sum)
+static void trace(const trial *t, int step, const ecp_report *r)
+{
+    if (!t->trace) return;
+    fprintf(stderr,
+            "%6d status %d newton %d fallbacks %d residual %.1e patches %d turn %.1e depth %.1e "
+            "energy %.12g\n",
+            step, r->status, r->iterations, r->fallbacks, (double)r->natural_residual,
+            r->patches_kept, (double)r->largest_turn, -(double)r->worst_gap, t->energy);
+}
+
+static void run_case(const family *f, int number, int full, int traced, tally *sum)
 {
     trial *t = (trial *)calloc(1, sizeof *t);
     long by_half[2] = {0, 0};
@@ -980,6 +1001,7 @@ static void run_case(const family *f, int number, int full, tally *sum)
     if (!t) exit(2);
     t->number = number;
     t->full = full;
+    t->trace = traced;
     t->s.seed = scene_seed(f->name, number);
     f->build(t);
     set = distance_open(t->s.world);
@@ -995,9 +1017,11 @@ static void run_case(const family *f, int number, int full, tally *sum)
         by_half[2 * step >= t->steps] += r.fallbacks != 0;
         if (r.status != ECP_OK) {
             unsolved(f, t, step, &r, sum);
+            trace(t, step, &r);
             break;
         }
         measure(f, t, step, &r, &set, sum);
+        trace(t, step, &r);
         if (t->truth) own = fmax(own, t->truth(t, step));
     }
     judge(f, t, own, by_half[0], by_half[1], sum);
@@ -1024,7 +1048,8 @@ static void print_row(const family *f, const tally *r)
     printf("%-9s %5ld %8ld %8ld %7ld %6ld %6ld %6ld %6ld %8.1e %8.1e %8.1e %8.1e %7.2f %5d %6ld\n",
            f->name, r->cases, r->steps, r->unsolved, r->by[0], r->by[1], r->by[2], r->by[3],
            r->by[4], r->depth, r->residual, r->gain, r->own,
-           r->steps ? (double)r->iterations / (double)r->steps : 0.0, r->most_iterations, r->missed);
+           r->steps ? (double)r->iterations / (double)r->steps : 0.0, r->most_iterations,
+           r->missed);
     fflush(stdout);
 }
 
@@ -1048,7 +1073,7 @@ int main(int argc, char **argv)
         if (!strstr(f->name, filter)) continue;
         memset(&row, 0, sizeof row);
         for (k = 0; k < (full ? f->full : f->quick); k++) {
-            if (argc < 4 || atoi(argv[3]) == k) run_case(f, k, full, &row);
+            if (argc < 4 || atoi(argv[3]) == k) run_case(f, k, full, argc == 4, &row);
         }
         print_row(f, &row);
         add_tally(&row, &sum);

@@ -4,8 +4,9 @@
    Along any unit vector n the supports of two convex solids are apart by a number that bounds their
    distance from below, and where they overlap the largest of these numbers is the penetration with
    its sign turned. So every number here is a bound that is certain, and what is searched for is the
-   best n: the reported contact normal, then the method's last direction, then small turns of both,
-   because between solids that touch within rounding the method's directions are noise. */
+   best n: the reported contact normal, then the method's last direction, also with one solid moved
+   off a little, then small turns, because between solids that touch within rounding the method's
+   directions are noise. */
 
 typedef struct distance_solid {
     const ecp_shape *shape;
@@ -189,6 +190,18 @@ static void distance_refine(const distance_solid *a, const distance_solid *b, do
     }
 }
 
+/* the direction of the shortest way between them once a has moved along n until they are apart */
+static void distance_apart(const distance_solid *a, const distance_solid *b, double *best,
+                           double n[3])
+{
+    distance_solid moved = *a;
+    double bound = -1e300, direction[3] = {0, 0, 1}, small = a->size < b->size ? a->size : b->size;
+    int k;
+    for (k = 0; k < 3; k++) moved.x[k] += (1e-3 * small - *best) * n[k];
+    distance_gjk(&moved, b, &bound, direction);
+    distance_try(a, b, direction, best, n);
+}
+
 /* the direction from j to i of their contact in the last step; 0 if there is none */
 static int distance_normal(const ecp_world *world, int i, int j, double n[3])
 {
@@ -209,6 +222,7 @@ static double distance_pair(const distance_set *set, const ecp_world *world, int
 {
     const distance_solid *a = set->solid + i, *b = set->solid + j;
     double n[3] = {0, 0, 0}, best_n[3] = {0, 0, 1}, best = -1e300, other, other_n[3] = {0, 0, 1};
+    int round;
     if (a->size <= 0) return distance_above(b, a);
     if (b->size <= 0) return distance_above(a, b);
     if (distance_normal(world, i, j, n)) distance_try(a, b, n, &best, best_n);
@@ -217,6 +231,7 @@ static double distance_pair(const distance_set *set, const ecp_world *world, int
     if (best >= enough) return best;
     other = -1e300;
     distance_gjk(a, b, &other, other_n);
+    for (round = 0; round < 4 && other < enough; round++) distance_apart(a, b, &other, other_n);
     if (other < enough) distance_refine(a, b, enough, &other, other_n);
     return other > best ? other : best;
 }

@@ -635,7 +635,11 @@ typedef enum ecp_rule {
 enum {
     ECP_FALLBACK_GEOMETRIC = 1,    /* start from support points at the pose free motion predicts */
     ECP_FALLBACK_CONTINUATION = 2, /* smoothed complementarity, the smoothing taken to zero */
-    ECP_FALLBACK_MULTISTART = 4    /* the same from a fixed sequence of disturbed starts */
+    ECP_FALLBACK_MULTISTART = 4,   /* the same from a fixed sequence of disturbed starts */
+    ECP_FALLBACK_LOAD = 8,         /* the loads and velocities of the step grow from nothing */
+    ECP_FALLBACK_SUBSTEPS = 16     /* the step as 2, 4, .. 64 shorter ones, each solved like a step:
+                                      ecp_report.substeps says how many. Contacts and
+                                      ecp_printed_residual are then those of the last of them */
 };
 
 typedef struct ecp_options {
@@ -665,6 +669,7 @@ typedef struct ecp_report {
     int centred;          /* 1: the rule reached its solution in every island that needed it */
     int evaluations;      /* residual evaluations, of an island each */
     int fallbacks;        /* ECP_FALLBACK_... that were used, or-ed */
+    int substeps;         /* shorter steps that it took; 1 but for ECP_FALLBACK_SUBSTEPS */
     int body, shape_a, shape_b; /* if status is not ECP_OK: where, or -1 */
     ecp_real value, limit;     /* if status is not ECP_OK: the value met and the one it must meet */
     ecp_real merit;            /* |F|^2 / 2 of the scaled residual, summed over the islands */
@@ -2615,6 +2620,7 @@ struct ecp_world {
     ecp_world_desc desc;
     int bodies, shapes, patches;   /* bodies and shapes: indices in use up to the highest one */
     int lowest_body, lowest_shape; /* no index below is free */
+    ecp_real last_h;               /* of the last step, for which the patches' impulses are */
     size_t bodies_at, parts_at, patches_at, multipliers_at, state_bytes, bytes;
 };
 
@@ -3162,7 +3168,8 @@ typedef struct ecp_i_motion {
     struct ecp_i_motion *next_ready;
     ecp_real R0[9];               /* rotation at the beginning of the step */
     ecp_real inertia[9];          /* about the centre of mass, world axes, beginning of the step */
-    ecp_real kick[6];             /* p_app + p_vp of equ:discrete_NE */
+    ecp_real whole[6];            /* p_app + p_vp of equ:discrete_NE */
+    ecp_real kick[6];             /* what the equations take of it; all, but for ecp_i_ramp */
     ecp_real free[6];             /* the velocity change without contacts, M^-1 kick */
     ecp_real mass, length, speed; /* units: of mass, of length, of velocity (vs, of the island) */
     /* at the trial velocity */
@@ -3202,10 +3209,77 @@ static void ecp_i_velocity_change(const ecp_i_motion *m, const ecp_real impulse[
     ecp_chol_solve(3, L, 3, dv + 3);
 }
 
+/* w~ of I w~ + h w~ x I w~ = I w0: a backward Euler step of free rotation, which never gains energy.
+   Newton, cut where |f| would grow; leaves w0 in w where it finds none. */
+static void ecp_i_implicit_rotation(const ecp_real inertia[9], const ecp_real w0[3], ecp_real h,
+                                    ecp_real w[3])
+{
+    ecp_real f[3], L[3], J[9], x[3], size = 0, before = -1, t = 1;
+    int piv[3], k, i;
+    ecp_i_copy3(w0, w);
+    ecp_i_set3(0, 0, 0, x);
+    for (k = 0; k < 60; k++) {
+        ecp_real back[3];
+        ecp_i_mul(inertia, w, L);
+        ecp_i_cross(w, L, f);
+        ecp_i_scale(h, f, f);
+        ecp_i_sub(w, w0, back);
+        ecp_i_mul(inertia, back, back);
+        ecp_i_axpy(f, 1, back, f);
+        size = ecp_i_norm(f);
+        if (size <= 4 * ECP_I_EPSILON * ecp_i_norm(L)) return;
+        if (before >= 0 && !(size < before)) {
+            /* half of the last step back */
+            t /= 2;
+            ecp_i_axpy(w, t, x, w);
+            continue;
+        }
+        before = size;
+        t = 1;
+        /* J = I + h ([w] I - [I w]), column by column */
+        for (i = 0; i < 3; i++) {
+            ecp_real unit[3] = {0, 0, 0}, column[3], turned[3];
+            unit[i] = 1;
+            ecp_i_mul(inertia, unit, column);
+            ecp_i_cross(w, column, turned);
+            ecp_i_axpy(column, h, turned, column);
+            ecp_i_cross(unit, L, turned);
+            ecp_i_axpy(column, h, turned, column);
+            J[i] = column[0];
+            J[3 + i] = column[1];
+            J[6 + i] = column[2];
+        }
+        if (ecp_lu_factor(3, J, 3, piv)) break;
+        ecp_lu_solve(3, J, 3, piv, f);
+        ecp_i_copy3(f, x);
+        ecp_i_sub(w, x, w);
+    }
+    if (!(size <= ECP_R(1e-3) * ecp_i_norm(L))) ecp_i_copy3(w0, w);
+}
+
+/* The gyroscopic moment w x I w of p_vp. The paper takes it where the step begins, which gains energy
+   as (h w)^2 and explodes when the body turns far within a step; where it would change the velocity
+   by more than a twentieth it is the one of a backward Euler step. */
+static void ecp_i_gyroscopic(const ecp_real inertia[9], const ecp_real w[3], ecp_real h,
+                             ecp_real moment[3])
+{
+    ecp_real Iw[3], change[3], L[9];
+    ecp_i_mul(inertia, w, Iw);
+    ecp_i_cross(w, Iw, moment);
+    ECPSIM_MEMCPY(L, inertia, sizeof L);
+    ecp_i_copy3(moment, change);
+    ecp_chol_factor(3, L, 3);
+    ecp_chol_solve(3, L, 3, change);
+    if (20 * h * ecp_i_norm(change) <= ecp_i_norm(w)) return;
+    ecp_i_implicit_rotation(inertia, w, h, change);
+    ecp_i_mul(inertia, change, Iw);
+    ecp_i_cross(change, Iw, moment);
+}
+
 /* p_app: weight, forces and impulses; p_vp: the gyroscopic moment -h w x I w, at the beginning */
 static void ecp_i_predict(const ecp_world *w, const ecp_i_body *b, ecp_real h, ecp_i_motion *m)
 {
-    ecp_real none[6], Iw[3], gyro[3];
+    ecp_real none[6], gyro[3];
     int k;
     ECPSIM_MEMSET(m, 0, sizeof *m);
     ECPSIM_MEMSET(none, 0, sizeof none);
@@ -3217,13 +3291,13 @@ static void ecp_i_predict(const ecp_world *w, const ecp_i_body *b, ecp_real h, e
         m->mass = b->mass;
         m->length = b->length;
         ecp_i_congruence(m->R0, b->inertia, m->inertia);
-        ecp_i_mul(m->inertia, b->v + 3, Iw);
-        ecp_i_cross(b->v + 3, Iw, gyro);
+        ecp_i_gyroscopic(m->inertia, b->v + 3, h, gyro);
         for (k = 0; k < 3; k++) {
             m->kick[k] = h * (b->mass * w->desc.gravity[k] + b->force[k]) + b->impulse[k];
             m->kick[3 + k] = h * (b->force[3 + k] - gyro[k]) + b->impulse[3 + k];
         }
         ecp_i_velocity_change(m, m->kick, m->free);
+        ECPSIM_MEMCPY(m->whole, m->kick, sizeof m->whole);
     }
     ecp_i_move(m, h, m->dynamic ? m->free : none);
 }
@@ -4700,7 +4774,10 @@ typedef struct ecp_i_problem {
     int (*start)(void *self, int k, ecp_real *z);
     /* betters a z at which Newton has stalled, or NULL */
     void (*repair)(void *self, ecp_real *z);
-    ecp_real *F, *dz, *trial; /* n each */
+    /* takes this share of all that moves the bodies, or NULL; with none, the start number
+       ECP_I_START_AT_REST is a solution or close to one */
+    void (*load)(void *self, ecp_real share);
+    ecp_real *F, *dz, *trial, *kept; /* n each */
 } ecp_i_problem;
 
 typedef struct ecp_i_effort {
@@ -4796,6 +4873,34 @@ static int ecp_i_continue(const ecp_i_problem *p, ecp_real tolerance, int limit,
     return ecp_i_newton(p, 0, tolerance, limit, 0, z, effort);
 }
 
+#define ECP_I_START_AT_REST 3
+
+/* Lets the load grow from nothing, in steps that double where Newton follows and shrink where it does
+   not. */
+static int ecp_i_ramp(const ecp_i_problem *p, ecp_real tolerance, int limit, ecp_real *z,
+                      ecp_i_effort *effort)
+{
+    ecp_real share = 0, step = ECP_R(0.125);
+    int k;
+    effort->fallbacks |= ECP_FALLBACK_LOAD;
+    p->start(p->self, ECP_I_START_AT_REST, z);
+    ECPSIM_MEMCPY(p->kept, z, (size_t)p->n * sizeof(ecp_real));
+    for (k = 0; k < 40 && share < 1 && step > ECP_R(1e-3); k++) {
+        ecp_real next = ecp_i_min(1, share + step);
+        p->load(p->self, next);
+        if (ecp_i_newton(p, 0, tolerance, limit, 0, z, effort)) {
+            ECPSIM_MEMCPY(p->kept, z, (size_t)p->n * sizeof(ecp_real));
+            share = next;
+            step *= 2;
+        } else {
+            ECPSIM_MEMCPY(z, p->kept, (size_t)p->n * sizeof(ecp_real));
+            step /= 4;
+        }
+    }
+    p->load(p->self, 1);
+    return share >= 1;
+}
+
 /* The chain of attempts, each from its own start: plain Newton, then continuation. */
 static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *options, ecp_real *z,
                        ecp_i_effort *effort)
@@ -4815,6 +4920,8 @@ static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *options, ecp_r
         if (k == 0 || !(options->fallbacks & ECP_FALLBACK_CONTINUATION)) continue;
         p->start(p->self, k, z);
         if (ecp_i_continue(p, options->tolerance, limit, z, effort)) return 1;
+        if (k > 1 || !p->load || !(options->fallbacks & ECP_FALLBACK_LOAD)) continue;
+        if (ecp_i_ramp(p, options->tolerance, limit, z, effort)) return 1;
     }
     return 0;
 }
@@ -4829,7 +4936,8 @@ ECP_DEF ecp_options ecp_options_default(void)
     o.tolerance = ECP_R(1e-12);
 #endif
     o.max_iterations = 40;
-    o.fallbacks = ECP_FALLBACK_GEOMETRIC | ECP_FALLBACK_CONTINUATION | ECP_FALLBACK_MULTISTART;
+    o.fallbacks = ECP_FALLBACK_GEOMETRIC | ECP_FALLBACK_CONTINUATION | ECP_FALLBACK_MULTISTART |
+                  ECP_FALLBACK_LOAD | ECP_FALLBACK_SUBSTEPS;
     o.dump = NULL;
     o.dump_user = NULL;
     return o;
@@ -4838,7 +4946,7 @@ ECP_DEF ecp_options ecp_options_default(void)
 static ecp_status ecp_i_check_options(const ecp_options *o)
 {
     if (!ecp_i_finite(o->tolerance)) return ECP_NOT_FINITE;
-    if (!(o->tolerance > 0) || o->max_iterations < 1 || o->fallbacks < 0 || o->fallbacks > 7) {
+    if (!(o->tolerance > 0) || o->max_iterations < 1 || o->fallbacks < 0 || o->fallbacks > 31) {
         return ECP_BAD_OPTION;
     }
     return o->rule == ECP_CENTRED || o->rule == ECP_NEAREST ? ECP_OK : ECP_BAD_OPTION;
@@ -4965,6 +5073,8 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     p.step = ecp_i_mcp_step;
     p.start = ecp_i_mcp_start;
     p.repair = NULL;
+    p.load = NULL;
+    p.kept = NULL;
     ECPSIM_MEMCPY(s.z0, z, (size_t)size * sizeof(ecp_real));
     solved = ecp_i_solve(&p, &o, work, &effort);
     if (solved) ECPSIM_MEMCPY(z, work, (size_t)size * sizeof(ecp_real));
@@ -5510,11 +5620,11 @@ static void ecp_i_carve_pair(ecp_i_arena *arena, int nl, int nm, ecp_i_pair *c)
     c->active_b = ecp_i_take_ints(arena, nm);
 }
 
-/* the vectors of Newton's method: z, the best z, F, dz, trial */
-static void ecp_i_carve_vectors(ecp_i_arena *arena, int unknowns, ecp_real *vectors[5])
+/* the vectors of Newton's method: z, the best z, F, dz, trial, the last z that a ramp has reached */
+static void ecp_i_carve_vectors(ecp_i_arena *arena, int unknowns, ecp_real *vectors[6])
 {
     int k;
-    for (k = 0; k < 5; k++) vectors[k] = ecp_i_take_reals(arena, unknowns, 1);
+    for (k = 0; k < 6; k++) vectors[k] = ecp_i_take_reals(arena, unknowns, 1);
 }
 
 /* unknowns of a patch with three friction rows and all multipliers that the description allows */
@@ -5541,7 +5651,7 @@ static void ecp_i_carve_world(ecp_i_arena *arena, ecp_world *w)
     ecp_i_tree t;
     ecp_i_graph g;
     ecp_i_broad broad;
-    ecp_real *vectors[5];
+    ecp_real *vectors[6];
     int i, most = ecp_i_most_unknowns(d);
     size_t reals = ecp_i_tree_reals(d);
     ecp_i_carve_state(arena, w);
@@ -5552,6 +5662,7 @@ static void ecp_i_carve_world(ecp_i_arena *arena, ecp_world *w)
         ecp_i_carve_pair(arena, d->max_inequalities, 2, &c);
         ecp_i_carve_block(arena, most, 2, &c);
     }
+    ecp_i_take(arena, w->state_bytes, 1); /* the state before the sub-steps */
     ecp_i_carve_vectors(arena, 6 * d->max_bodies + most * d->max_patches, vectors);
     ecp_i_carve_tree(arena, d->max_bodies, &t, &g);
     if (d->solver_bytes > 0)
@@ -6061,14 +6172,14 @@ static void ecp_i_start_warm(const ecp_i_island *s, const ecp_i_pair *c, ecp_rea
 static void ecp_i_start_impulses(const ecp_i_island *s, const ecp_i_pair *c, ecp_real *y)
 {
     const ecp_contact *old = &ecp_i_patches(s->world)[c->old].contact;
-    ecp_real *p = y + ecp_i_at_p(c), tangential[3];
-    p[0] = old->p_n / c->P;
+    ecp_real *p = y + ecp_i_at_p(c), tangential[3], P = c->P * (s->world->last_h / s->h);
+    p[0] = old->p_n / P;
     if (c->nf == 0) return;
     ecp_i_scale(old->p_t, old->direction_t, tangential);
     ecp_i_axpy(tangential, old->p_o, old->direction_o, tangential);
-    p[1] = ecp_i_dot(c->t, tangential) / (c->e[0] * c->P);
-    p[2] = ecp_i_dot(c->o, tangential) / (c->e[1] * c->P);
-    if (c->nf == 3) p[3] = old->p_r / (c->e[2] * c->P);
+    p[1] = ecp_i_dot(c->t, tangential) / (c->e[0] * P);
+    p[2] = ecp_i_dot(c->o, tangential) / (c->e[1] * P);
+    if (c->nf == 3) p[3] = old->p_r / (c->e[2] * P);
 }
 
 /* A point of A's surface beside the one that a geometric start would take: where the normal, tilted
@@ -6165,6 +6276,22 @@ static void ecp_i_island_repair(void *self, ecp_real *z)
         ecp_i_scale(c->L, z + c->at, a);
         ecp_i_start_geometric(c, s->h, s->nearest ? a : NULL, z + c->at);
         for (k = 0; k <= c->nf; k++) p[k] = impulses[k];
+    }
+}
+
+/* What moves the bodies: their momentum before the step and the impulses of the step. `share` of it
+   is taken, so that with nothing of it they stay at rest where they are. */
+static void ecp_i_island_load(void *self, ecp_real share)
+{
+    ecp_i_island *s = (ecp_i_island *)self;
+    int i, k;
+    for (i = 0; i < s->body_count; i++) {
+        ecp_i_motion *m = s->motions + s->bodies[i];
+        ecp_real momentum[6];
+        ecp_i_scale(m->mass, m->body->v, momentum);
+        ecp_i_mul(m->inertia, m->body->v + 3, momentum + 3);
+        for (k = 0; k < 6; k++) m->kick[k] = share * m->whole[k] - (1 - share) * momentum[k];
+        if (!(share < 1)) ECPSIM_MEMCPY(m->kick, m->whole, sizeof m->kick);
     }
 }
 
@@ -6299,7 +6426,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     ecp_i_island s;
     ecp_i_problem p;
     ecp_i_effort effort = {0, 0, 0};
-    ecp_real *vectors[5], *z, *best, error;
+    ecp_real *vectors[6], *z, *best, error;
     size_t mark = step->arena.used;
     int i, solved, centred = 1;
     ECPSIM_MEMSET(&s, 0, sizeof s);
@@ -6333,6 +6460,8 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     p.step = ecp_i_island_step;
     p.start = ecp_i_island_start;
     p.repair = ecp_i_island_repair;
+    p.load = ecp_i_island_load;
+    p.kept = vectors[5];
     p.F = vectors[2];
     p.dz = vectors[3];
     p.trial = vectors[4];
@@ -6448,6 +6577,7 @@ static ecp_status ecp_i_commit(ecp_i_step *s)
             b->force[k] = b->impulse[k] = 0;
         }
     }
+    w->last_h = s->h;
     w->patches = s->pair_count;
     ECPSIM_MEMCPY(ecp_i_patches(w), s->records, (size_t)w->patches * sizeof(ecp_i_patch));
     ECPSIM_MEMCPY(ecp_i_multipliers(w, 0), s->multipliers,
@@ -6455,14 +6585,76 @@ static ecp_status ecp_i_commit(ecp_i_step *s)
     return ECP_OK;
 }
 
+/* One step of the length h, all or nothing; the report adds up. `spare` bytes at the end of the
+   block are somebody else's. */
+static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_options *o, size_t spare,
+                                  ecp_report *r)
+{
+    ecp_i_step s;
+    ecp_status status;
+    int i;
+    ECPSIM_MEMSET(&s, 0, sizeof s);
+    s.w = world;
+    s.h = h;
+    s.o = o;
+    s.r = r;
+    s.arena = ecp_i_arena_over(world, world->bytes - spare);
+    s.arena.used = s.arena.high = world->state_bytes;
+    ecp_i_carve_step(&s.arena, world->bodies, world->desc.max_patches, &s);
+    for (i = 0; i < world->bodies; i++) {
+        const ecp_i_body *b = ecp_i_bodies(world) + i;
+        if (b->kind != ECP_I_FREE) ecp_i_predict(world, b, h, s.motions + i);
+    }
+    status = ecp_i_solve_all(&s);
+    for (i = 0; i < world->bodies; i++) {
+        r->largest_turn = ecp_i_max(r->largest_turn, h * ecp_i_norm(s.motions[i].v + 3));
+    }
+    r->patches_kept = s.pair_count;
+    r->patches_left_out = ecp_i_count_pairs(&s) - s.pair_count;
+    if (status == ECP_OK) status = ecp_i_verify(&s);
+    if (status == ECP_OK) status = ecp_i_commit(&s);
+    if (s.arena.most + spare > r->memory_used) r->memory_used = s.arena.most + spare;
+    /* work memory is zero outside a call: a failed step leaves no trace */
+    ECPSIM_MEMSET(s.arena.base + world->state_bytes, 0, s.arena.high - world->state_bytes);
+    ECPSIM_MEMSET(s.arena.base + s.arena.low, 0, s.arena.size - s.arena.low);
+    return status;
+}
+
+/* The step as 2, 4, .. 64 shorter ones; forces act in all of them, impulses in the first. The state
+   before is kept at the end of the block. */
+static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_options *o,
+                                      ecp_report *r)
+{
+    unsigned char *block = (unsigned char *)world,
+                  *saved = block + world->bytes - world->state_bytes;
+    size_t bytes = world->state_bytes;
+    const ecp_i_body *before = (const ecp_i_body *)(void *)(saved + world->bodies_at);
+    ecp_status status = ECP_NOT_SOLVED;
+    int parts, i, k;
+    ECPSIM_MEMCPY(saved, block, bytes);
+    r->fallbacks |= ECP_FALLBACK_SUBSTEPS;
+    for (parts = 2; parts <= 64 && status == ECP_NOT_SOLVED; parts *= 2) {
+        if (parts > 2) ECPSIM_MEMCPY(block, saved, bytes);
+        r->substeps = parts;
+        for (k = 0, status = ECP_OK; k < parts && status == ECP_OK; k++) {
+            for (i = 0; k > 0 && i < world->bodies; i++) {
+                ECPSIM_MEMCPY(ecp_i_bodies(world)[i].force, before[i].force,
+                              sizeof before[i].force);
+            }
+            status = ecp_i_step_once(world, h / (ecp_real)parts, o, bytes, r);
+        }
+    }
+    if (status != ECP_OK) ECPSIM_MEMCPY(block, saved, bytes);
+    ECPSIM_MEMSET(saved, 0, bytes);
+    return status;
+}
+
 ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *options,
                             ecp_report *report)
 {
     ecp_options o = ecp_options_default();
     ecp_report r;
-    ecp_i_step s;
     ecp_status status;
-    int i;
     ECPSIM_MEMSET(&r, 0, sizeof r);
     r.body = r.shape_a = r.shape_b = -1;
     if (options) o = *options;
@@ -6471,30 +6663,15 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
         status = ecp_i_fail(&r, ECP_NOT_FINITE, -1, -1, -1, h, 0);
     if (status == ECP_OK && !(h > 0)) status = ecp_i_fail(&r, ECP_BAD_STEP, -1, -1, -1, h, 0);
     if (status == ECP_OK) {
-        ECPSIM_MEMSET(&s, 0, sizeof s);
-        s.w = world;
-        s.h = h;
-        s.o = &o;
-        s.r = &r;
-        s.arena = ecp_i_arena_over(world, world->bytes);
-        s.arena.used = s.arena.high = world->state_bytes;
-        ecp_i_carve_step(&s.arena, world->bodies, world->desc.max_patches, &s);
-        for (i = 0; i < world->bodies; i++) {
-            const ecp_i_body *b = ecp_i_bodies(world) + i;
-            if (b->kind != ECP_I_FREE) ecp_i_predict(world, b, h, s.motions + i);
+        r.substeps = 1;
+        status = ecp_i_step_once(world, h, &o, 0, &r);
+        if (status == ECP_NOT_SOLVED && (o.fallbacks & ECP_FALLBACK_SUBSTEPS)) {
+            status = ecp_i_step_by_parts(world, h, &o, &r);
         }
-        status = ecp_i_solve_all(&s);
-        for (i = 0; i < world->bodies; i++) {
-            r.largest_turn = ecp_i_max(r.largest_turn, h * ecp_i_norm(s.motions[i].v + 3));
-        }
-        r.patches_kept = s.pair_count;
-        r.patches_left_out = ecp_i_count_pairs(&s) - s.pair_count;
-        if (status == ECP_OK) status = ecp_i_verify(&s);
-        if (status == ECP_OK) status = ecp_i_commit(&s);
-        r.memory_used = s.arena.most;
-        /* work memory is zero outside a call: a failed step leaves no trace */
-        ECPSIM_MEMSET(s.arena.base + world->state_bytes, 0, s.arena.high - world->state_bytes);
-        ECPSIM_MEMSET(s.arena.base + s.arena.low, 0, s.arena.size - s.arena.low);
+    }
+    if (status == ECP_OK) {
+        r.body = r.shape_a = r.shape_b = -1;
+        r.value = r.limit = 0;
     }
     r.status = status;
     if (report) *report = r;
@@ -6906,6 +7083,9 @@ static void ecp_i_put_world(const ecp_i_text *t, const ecp_world *w)
     ecp_i_put_int(t, "    w->bodies = ", w->bodies, ";\n");
     ecp_i_put_int(t, "    w->shapes = ", w->shapes, ";\n");
     ecp_i_put_int(t, "    w->patches = ", w->patches, ";\n");
+    ecp_i_put(t, "    w->last_h = ");
+    ecp_i_put_real(t, w->last_h);
+    ecp_i_put(t, ";\n");
     if (w->bodies > 0) ecp_i_put(t, "    memcpy(ecp_i_bodies(w), bodies, sizeof bodies);\n");
     if (w->shapes > 0) ecp_i_put(t, "    memcpy(ecp_i_parts(w), parts, sizeof parts);\n");
     if (w->patches > 0) {
@@ -7094,8 +7274,7 @@ static void ecp_i_printed_body(const ecp_world *before, const ecp_world *after, 
         ecp_real unit = b->mass * speed;
         ecp_quat_to_matrix(b->q, R);
         ecp_i_congruence(R, b->inertia, inertia);
-        ecp_i_mul(inertia, b->v + 3, Iw);
-        ecp_i_cross(b->v + 3, Iw, gyro);
+        ecp_i_gyroscopic(inertia, b->v + 3, h, gyro);
         ecp_i_mul(inertia, change + 3, Iw);
         for (k = 0; k < 3; k++) {
             ecp_real app = h * (b->mass * before->desc.gravity[k] + b->force[k]) + b->impulse[k];

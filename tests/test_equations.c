@@ -173,7 +173,7 @@ static void equations_add_shape(ecp_world *w, int body, int kind, int friction, 
 static void equations_build(equations_scene *k, ecp_real h)
 {
     ecp_i_step step;
-    ecp_real *vectors[5];
+    ecp_real *vectors[6];
     size_t bytes = (size_t)1 << 20;
     int i, j, at;
     memset(&step, 0, sizeof step);

@@ -5261,41 +5261,74 @@ static ecp_real ecp_i_plane_gap(const ecp_i_posed *A, const ecp_i_posed *B, ecp_
     return ecp_i_dot(N, rel) - B->shape->size[3];
 }
 
-/* Nearest points and normal of a pair, wherever it is: apart at the end of the predicted motion, or
-   else at the beginning of the step, or else moved apart along the line of the centres until it is
-   (points that touch have no direction between them). */
-static void ecp_i_pair_nearest(const ecp_i_pair *c, ecp_real at_a[3], ecp_real at_b[3],
+/* Nearest points and normal of two primitives that overlap (points that touch have no direction
+   between them): B is moved along the line of the centres until they are apart. */
+static void ecp_i_move_apart(const ecp_i_posed *A, ecp_i_posed *B, ecp_real at_a[3],
+                             ecp_real at_b[3], ecp_real n[3])
+{
+    ecp_real apart[3], x[3], shift = ECP_R(1e-3) * ecp_i_min(A->shape->radius, B->shape->radius);
+    ecp_i_posed_centre(A, x);
+    ecp_i_posed_centre(B, apart);
+    ecp_i_sub(apart, x, apart);
+    if (!ecp_i_normalise(apart)) ecp_i_set3(0, 0, 1, apart);
+    ecp_i_copy3(B->x, x);
+    for (;; shift *= ECP_R(1.5)) {
+        ecp_i_axpy(x, shift, apart, B->x);
+        if (ecp_i_distance(A, B, at_a, at_b, n) > 0) return;
+        if (shift > 4 * (A->shape->radius + B->shape->radius)) break;
+    }
+    ecp_i_copy3(apart, n);
+}
+
+/* Nearest points, in the frames of the primitives, and normal of a pair, wherever it is: apart at the
+   end of the predicted motion (if from_end), or else at the beginning of the step, or else moved
+   apart. */
+static void ecp_i_pair_nearest(const ecp_i_pair *c, int from_end, ecp_real at_a[3], ecp_real at_b[3],
                                ecp_real n[3])
 {
     ecp_i_posed A, B;
-    ecp_real apart[3], x[3], shift;
+    ecp_real x[3];
     int at_end;
-    for (at_end = 1; at_end >= 0; at_end--) {
+    for (at_end = from_end; at_end >= 0; at_end--) {
         ecp_i_pose(c, 0, at_end, &A);
         ecp_i_pose(c, 1, at_end, &B);
         if (ecp_i_distance(&A, &B, at_a, at_b, n) > 0) break;
     }
-    if (at_end < 0) {
-        ecp_i_posed_centre(&A, x);
-        ecp_i_posed_centre(&B, apart);
-        ecp_i_sub(apart, x, apart);
-        if (!ecp_i_normalise(apart)) ecp_i_set3(0, 0, 1, apart);
-        ecp_i_copy3(B.x, x);
-        shift = ECP_R(1e-3) * ecp_i_min(A.shape->radius, B.shape->radius);
-        for (;; shift *= ECP_R(1.5)) {
-            ecp_i_axpy(x, shift, apart, B.x);
-            if (ecp_i_distance(&A, &B, at_a, at_b, n) > 0) break;
-            if (shift > 4 * (A.shape->radius + B.shape->radius)) {
-                ecp_i_copy3(apart, n);
-                break;
-            }
-        }
-    }
-    /* into the frames of the primitives */
+    if (at_end < 0) ecp_i_move_apart(&A, &B, at_a, at_b, n);
     ecp_i_sub(at_a, A.x, x);
     ecp_i_mul_t(A.Q, x, at_a);
     ecp_i_sub(at_b, B.x, x);
     ecp_i_mul_t(B.Q, x, at_b);
+}
+
+/* the gap of two points in the frames of A and B along n, at the end of the trial motion or at the
+   beginning of the step */
+static ecp_real ecp_i_gap_along(const ecp_i_pair *c, int at_end, const ecp_real a[3],
+                                const ecp_real b[3], const ecp_real n[3])
+{
+    ecp_i_posed A, B;
+    ecp_real x[3], y[3];
+    ecp_i_pose(c, 0, at_end, &A);
+    ecp_i_pose(c, 1, at_end, &B);
+    ecp_i_mul(A.Q, a, x);
+    ecp_i_axpy(x, 1, A.x, x);
+    ecp_i_mul(B.Q, b, y);
+    ecp_i_axpy(y, 1, B.x, y);
+    ecp_i_sub(y, x, y);
+    return ecp_i_dot(n, y);
+}
+
+/* how far a pair overlaps at the beginning of the step, about; old: its patch of the last step */
+static ecp_real ecp_i_depth(const ecp_i_pair *c, const ecp_i_patch *old)
+{
+    ecp_i_posed A, B;
+    ecp_real a[3], b[3], n[3];
+    if (old && !old->guess) return ecp_i_max(0, -old->contact.gap);
+    ecp_i_pose(c, 0, 0, &A);
+    ecp_i_pose(c, 1, 0, &B);
+    if (c->plane) return ecp_i_max(0, -ecp_i_plane_gap(&A, &B, 0, n, a));
+    ecp_i_pair_nearest(c, 0, a, b, n);
+    return ecp_i_max(0, -ecp_i_gap_along(c, 0, a, b, n));
 }
 
 /* The impulse to start with, for a predicted gap in h vs and the normal n out of A: the load where
@@ -5313,7 +5346,7 @@ static ecp_real ecp_i_start_load(const ecp_i_pair *c, const ecp_real n[3], ecp_r
 static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *guess, ecp_real *y)
 {
     ecp_i_posed A, B;
-    ecp_real a[3], b[3], n[3], local[3], world_a[3], world_b[3], gap, reach;
+    ecp_real a[3], b[3], n[3], local[3], world_a[3], gap, reach;
     int i;
     for (i = 0; i < c->count; i++) y[i] = 0;
     ecp_i_pose(c, 0, 1, &A);
@@ -5323,13 +5356,8 @@ static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *gue
         ecp_i_sub(world_a, A.x, local);
         ecp_i_mul_t(A.Q, local, a);
     } else {
-        ecp_i_pair_nearest(c, a, b, n);
-        ecp_i_mul(A.Q, a, world_a);
-        ecp_i_axpy(world_a, 1, A.x, world_a);
-        ecp_i_mul(B.Q, b, world_b);
-        ecp_i_axpy(world_b, 1, B.x, world_b);
-        ecp_i_sub(world_b, world_a, local);
-        gap = ecp_i_dot(n, local);
+        ecp_i_pair_nearest(c, 1, a, b, n);
+        gap = ecp_i_gap_along(c, 1, a, b, n);
         y[ecp_i_at_d(c)] = gap / (h * c->V);
     }
     /* only where the contact can be: not above the lowest points */
@@ -6044,7 +6072,7 @@ static void ecp_i_label_islands(ecp_i_step *s)
 
 /* >>solve: one island */
 
-/* vs: the fastest free motion, or g h; never below what moves a body by 64 rounding units of its
+/* vs: the fastest free motion, what closes an overlap in one step, or g h; never below what moves a body by 64 rounding units of its
    size, where nothing could be told from noise. */
 static ecp_real ecp_i_island_speed(const ecp_i_island *s)
 {
@@ -6060,7 +6088,9 @@ static ecp_real ecp_i_island_speed(const ecp_i_island *s)
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs[i];
         const ecp_i_motion *other = c->mb->dynamic ? c->ma : c->mb;
+        const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
         if (!other->dynamic) speed = ecp_i_max(speed, ecp_i_norm(other->v));
+        speed = ecp_i_max(speed, ecp_i_depth(c, old) / s->h);
     }
     return ecp_i_power_of_two(speed);
 }

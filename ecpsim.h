@@ -133,7 +133,7 @@
 
    LIMITS
    First order in h, like every time-stepping scheme of this kind; impacts do not bounce. Two thin bodies
-   that pass each other entirely within one step are not seen. A cone's tip is a disc of a millionth
+   that pass each other entirely within one step are not seen. A cone's tip is a disc of 1e-5
    of its size. With several contacts the impulses are one solution of many. The elimination is dense
    over the bodies of an island: a handful of touching bodies, not yet hundreds.
 
@@ -440,7 +440,7 @@ ECP_DEF ecp_status ecp_shape_cylinder(ecp_shape *s, ecp_real radius, ecp_real ha
 
 /* The frustum of a cone about the z axis, |z| <= half_height, with radius `bottom_radius` at
    z = -half_height and `top_radius` at z = half_height. One of the radii may be 0: a cone. A tip
-   has no gradient, so a radius below 1e-6 (float: 1e-3) of the larger of the other radius and
+   has no gradient, so a radius below 1e-5 (float: 1e-3) of the larger of the other radius and
    half_height is raised to that, though not above the other radius; the solid then contains the one
    asked for. size[] holds the radii in use. */
 ECP_DEF ecp_status ecp_shape_frustum(ecp_shape *s, ecp_real bottom_radius, ecp_real top_radius,
@@ -1289,7 +1289,7 @@ ECP_DEF int ecp_eliminate(ecp_real *A, int ld, int all_rows, int all_cols, int r
 
 /* smallest radius of a frustum relative to its size. The curvature of the side goes up as its
    inverse and costs as many digits of the Hessian, so each precision gives up a third of its digits */
-#define ECP_I_FRUSTUM_TIP ECP_I_BY_PRECISION(1e-3, 1e-6)
+#define ECP_I_FRUSTUM_TIP ECP_I_BY_PRECISION(1e-3, 1e-5)
 
 /* a side of a bounding box on which the shape does not end */
 #define ECP_I_UNBOUNDED ECP_R(1e30)
@@ -3209,10 +3209,11 @@ static void ecp_i_velocity_change(const ecp_i_motion *m, const ecp_real impulse[
     ecp_chol_solve(3, L, 3, dv + 3);
 }
 
-/* w~ of I w~ + h w~ x I w~ = I w0: a backward Euler step of free rotation, which never gains energy.
-   Newton, cut where |f| would grow; leaves w0 in w where it finds none. */
-static void ecp_i_implicit_rotation(const ecp_real inertia[9], const ecp_real w0[3], ecp_real h,
-                                    ecp_real w[3])
+/* w of I w + h w x I w = I w0: a backward Euler step of free rotation. (A turn about w leaves w as it
+   is, so in the body's axes this is Euler's equation, and w.I w never grows.) Newton, cut where |f|
+   would grow; 0 if it does not get there. */
+static int ecp_i_implicit_rotation(const ecp_real inertia[9], const ecp_real w0[3], ecp_real h,
+                                   ecp_real w[3])
 {
     ecp_real f[3], L[3], J[9], x[3], size = 0, before = -1, t = 1;
     int piv[3], k, i;
@@ -3227,7 +3228,7 @@ static void ecp_i_implicit_rotation(const ecp_real inertia[9], const ecp_real w0
         ecp_i_mul(inertia, back, back);
         ecp_i_axpy(f, 1, back, f);
         size = ecp_i_norm(f);
-        if (size <= 4 * ECP_I_EPSILON * ecp_i_norm(L)) return;
+        if (size <= 4 * ECP_I_EPSILON * ecp_i_norm(L)) return 1;
         if (before >= 0 && !(size < before)) {
             /* half of the last step back */
             t /= 2;
@@ -3254,12 +3255,13 @@ static void ecp_i_implicit_rotation(const ecp_real inertia[9], const ecp_real w0
         ecp_i_copy3(f, x);
         ecp_i_sub(w, x, w);
     }
-    if (!(size <= ECP_R(1e-3) * ecp_i_norm(L))) ecp_i_copy3(w0, w);
+    return size <= ECP_R(1e-6) * ecp_i_norm(L);
 }
 
 /* The gyroscopic moment w x I w of p_vp. The paper takes it where the step begins, which gains energy
-   as (h w)^2 and explodes when the body turns far within a step; where it would change the velocity
-   by more than a twentieth it is the one of a backward Euler step. */
+   as (h w)^2 and explodes when the body turns far within a step. Where it would change the velocity
+   by more than a twentieth, in the norm of the energy, it is the one of a backward Euler step, or
+   none where even that is not to be had. */
 static void ecp_i_gyroscopic(const ecp_real inertia[9], const ecp_real w[3], ecp_real h,
                              ecp_real moment[3])
 {
@@ -3270,10 +3272,13 @@ static void ecp_i_gyroscopic(const ecp_real inertia[9], const ecp_real w[3], ecp
     ecp_i_copy3(moment, change);
     ecp_chol_factor(3, L, 3);
     ecp_chol_solve(3, L, 3, change);
-    if (20 * h * ecp_i_norm(change) <= ecp_i_norm(w)) return;
-    ecp_i_implicit_rotation(inertia, w, h, change);
-    ecp_i_mul(inertia, change, Iw);
-    ecp_i_cross(change, Iw, moment);
+    if (400 * h * h * ecp_i_dot(change, moment) <= ecp_i_dot(w, Iw)) return;
+    if (ecp_i_implicit_rotation(inertia, w, h, change)) {
+        ecp_i_mul(inertia, change, Iw);
+        ecp_i_cross(change, Iw, moment);
+    } else {
+        ecp_i_set3(0, 0, 0, moment);
+    }
 }
 
 /* p_app: weight, forces and impulses; p_vp: the gyroscopic moment -h w x I w, at the beginning */
@@ -5283,8 +5288,8 @@ static void ecp_i_move_apart(const ecp_i_posed *A, ecp_i_posed *B, ecp_real at_a
 /* Nearest points, in the frames of the primitives, and normal of a pair, wherever it is: apart at the
    end of the predicted motion (if from_end), or else at the beginning of the step, or else moved
    apart. */
-static void ecp_i_pair_nearest(const ecp_i_pair *c, int from_end, ecp_real at_a[3], ecp_real at_b[3],
-                               ecp_real n[3])
+static void ecp_i_pair_nearest(const ecp_i_pair *c, int from_end, ecp_real at_a[3],
+                               ecp_real at_b[3], ecp_real n[3])
 {
     ecp_i_posed A, B;
     ecp_real x[3];

@@ -18,9 +18,9 @@ typedef struct scene {
 
 /* one body: its primitives, in a frame with the origin at the centre of mass once it is closed */
 typedef struct solid {
-    ecp_shape shape[64];
-    double at[64][3];
-    ecp_real turn[64][4];
+    ecp_shape shape[65];
+    double at[65][3];
+    ecp_real turn[65][4];
     int parts;
     double inertia[9]; /* of 1 kg */
 } solid;

@@ -619,10 +619,10 @@ static void build_plate(trial *t)
     t->steps = 200;
 }
 
-/* 4, 16 or 64 feet less the one that the board needs for itself, at rest, sliding or dropped */
+/* a board on 4, 16 or 64 feet, at rest, sliding or dropped */
 static void build_patches(trial *t)
 {
-    static const int across[3] = {2, 4, 7};
+    static const int across[3] = {2, 4, 8};
     scene *s = &t->s;
     double q[4] = {1, 0, 0, 0}, v[3] = {0, 0, 0}, w[3] = {0, 0, 0};
     int n = across[t->number % 3], kind = t->number / 3 % 3;

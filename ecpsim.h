@@ -4839,19 +4839,23 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     if (warm && error <= ecp_i_content(tolerance)) return 1;
     for (k = 0; k < ECP_I_MEMORY; k++) merits[k] = ecp_i_merit(p->n, p->F);
     for (k = 0; k < limit; k++) {
-        if (!p->step(p->self, z, p->F, p->dz)) return 0;
+        if (!p->step(p->self, z, p->F, p->dz)) return error <= tolerance;
         effort->iterations++;
         best = merits[0];
         for (i = 1; i < ECP_I_MEMORY; i++) best = ecp_i_max(best, merits[i]);
         before = largest;
         above = error;
-        for (t = 1;; t /= 2) {
-            if (t < ECP_R(1e-3)) return 0;
+        for (t = 1; t >= ECP_R(1e-3); t /= 2) {
             for (i = 0; i < p->n; i++) p->trial[i] = z[i] + t * p->dz[i];
             error = p->residual(p->self, p->trial, tau, p->F);
             effort->evaluations++;
             merit = ecp_i_merit(p->n, p->F);
             if (error <= tolerance || merit <= (1 - ECP_R(2e-4) * t) * best) break;
+        }
+        if (t < ECP_R(1e-3)) {
+            /* back to the last point; it may be one that will do */
+            p->residual(p->self, z, tau, p->F);
+            return above <= tolerance;
         }
         ECPSIM_MEMCPY(z, p->trial, (size_t)p->n * sizeof(ecp_real));
         largest = ecp_i_largest(p->n, p->F);

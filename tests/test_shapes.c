@@ -330,8 +330,8 @@ static void test_shape_frustum_continuation(void)
     /* joined twice continuously: over 2 dz values differ by 2 dz times the next derivative, which
        is 1 for the value, 0 for the slope, and at most 200 for the curvature */
     z = ECP_R(1);
-    ecp_i_frustum_rho(&s, z - PICK(1e-3, 1e-5), below);
-    ecp_i_frustum_rho(&s, z + PICK(1e-3, 1e-5), above);
+    ecp_i_frustum_rho(&s, z - PICK(1e-3, 1e-6), below);
+    ecp_i_frustum_rho(&s, z + PICK(1e-3, 1e-6), above);
     CHECK_NEAR(above[0], below[0], PICK(2.1e-3, 2.1e-6));
     CHECK_NEAR(above[1], below[1], PICK(2e-3, 1e-9));
     CHECK_NEAR(above[2], below[2], PICK(0.4, 4e-4));

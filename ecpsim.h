@@ -4822,6 +4822,10 @@ static ecp_real ecp_i_content(ecp_real tolerance)
 /* how many of the last merits a new one may compare itself with */
 #define ECP_I_MEMORY 4
 
+/* Merits up to this one are let pass at first, a quarter of it after each iteration: near the kinks of
+   a semismooth system a step that brings the right set of active constraints may raise the merit. */
+#define ECP_I_SLACK ECP_R(1e-2)
+
 /* Newton from z, with a non-monotone Armijo line search on |F|^2 / 2. Returns 1 with z solved to
    the tolerance, or 0. It aims at rounding, and is content with the tolerance, or with a rounding
    floor above it, only where another iteration does not halve the residual: what one step misses is
@@ -4831,6 +4835,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
                         ecp_real tau, ecp_real *z, ecp_i_effort *effort)
 {
     ecp_real merits[ECP_I_MEMORY], error, largest, before, above, best, merit, t;
+    ecp_real slack = ECP_I_SLACK;
     int i, k;
     error = p->residual(p->self, z, tau, p->F);
     effort->evaluations++;
@@ -4843,6 +4848,8 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
         effort->iterations++;
         best = merits[0];
         for (i = 1; i < ECP_I_MEMORY; i++) best = ecp_i_max(best, merits[i]);
+        best = ecp_i_max(best, slack);
+        slack /= 4;
         before = largest;
         above = error;
         for (t = 1; t >= ECP_R(1e-3); t /= 2) {

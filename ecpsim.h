@@ -4262,7 +4262,8 @@ static void ecp_i_front_constrain(ecp_i_front *f, ecp_real *tau)
 static void ecp_i_front_balance(ecp_i_front *f)
 {
     int ld = 7 + f->width, ldb = 6 + f->width, i, j, k;
-    f->rank_b = ecp_i_qr(f->forces, 6, ldb, f->Bt, ldb, f->tau_b, f->piv_b, ECP_I_SAME_FORCE, 0);
+    f->rank_b = ecp_i_qr(f->forces, 6, ldb, f->Bt, ldb, f->tau_b, f->piv_b, ECP_I_SAME_FORCE,
+                         ECP_I_SAME_FORCE);
     for (i = 0; i < 6; i++) {
         for (j = 0; j < ld; j++) f->W[ld * i + j] = f->M[ld * f->piv_b[i] + j];
     }
@@ -4858,8 +4859,9 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             effort->evaluations++;
             merit = ecp_i_merit(p->n, p->F);
             if (error <= tolerance || merit <= (1 - ECP_R(2e-4) * t) * best) break;
+            if (above <= tolerance) break;
         }
-        if (t < ECP_R(1e-3)) {
+        if (t < ECP_R(1e-3) || (above <= tolerance && !(error <= tolerance))) {
             /* back to the last point; it may be one that will do */
             p->residual(p->self, z, tau, p->F);
             return above <= tolerance;

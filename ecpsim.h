@@ -3180,6 +3180,7 @@ typedef struct ecp_i_motion {
     ecp_real residual[6]; /* of equ:discrete_NE, unscaled */
     ecp_real floor[2];    /* the sizes of its terms, linear and angular, for the rounding floor */
     ecp_real noise;       /* of the velocity, where it meets other bodies, m/s */
+    ecp_real jitter;      /* what closing gaps to their rounding error does to it, m/s */
 } ecp_i_motion;
 
 /* Moves the body to where the velocity change dv takes it: v = v0 + dv, x = x0 + h v. Changes are
@@ -4066,6 +4067,7 @@ typedef struct ecp_i_tree {
     ecp_real *v, *u;     /* velocities of all bodies; those of the others of one front */
     size_t mark, stack;  /* where the memory of the fronts begins, and their stack */
     int many;            /* the last solve had many solutions */
+    ecp_real h;
 } ecp_i_tree;
 
 /* the bodies as a graph: rows of bits, and what minimum degree keeps about them */
@@ -4195,6 +4197,9 @@ static void ecp_i_postorder(int n, const ecp_i_graph *g, ecp_i_front *fronts)
    but their derivatives differ by the turn within it, about h w. Taken as two they call for internal
    forces of 1 / (h w) times the load, and Newton's step is lost. */
 #define ECP_I_SAME_CONSTRAINT ECP_R(1e-4)
+
+/* a patch's row whose velocities count less than this, in the units of such rows, constrains nothing */
+#define ECP_I_NO_CONSTRAINT ECP_R(1e-9)
 
 #define ECP_I_SAME_FORCE (64 * ECP_I_EPSILON)
 
@@ -4413,6 +4418,8 @@ static void ecp_i_front_patch(const ecp_i_tree *t, ecp_i_front *f, const ecp_i_p
     for (i = 0; i < left; i++) {
         int row = c->pivots + i;
         ecp_real size = ecp_i_row_size(ld - 1 - c->ny, A + ld * row + c->ny);
+        ecp_real unit = c->row_tag[row] == ECP_I_GEOMETRY ? t->h * c->V / c->L : ECP_R(1);
+        if (size <= ECP_I_NO_CONSTRAINT * ecp_i_min(unit, 1)) size = 0;
         ecp_real *C = f->C + ldc * (constraints + i), *Bt = f->Bt + ldb * (forces + i);
         for (side = 0; side < 2; side++) {
             for (j = 0; slot[side] >= 0 && j < 6; j++) {
@@ -4610,10 +4617,13 @@ typedef struct ecp_i_island {
 
 /* Velocities that move a body within a step by less than the rounding error of a gap between two
    bodies, or than `small` lengths, can not be told from zero. (A half-space's gap is known to its
-   increments.) */
+   increments. But where several gaps are to be closed at once, their rounding errors contradict each
+   other and what sticks: the jitter that the other rows of the patch are granted.) */
 static void ecp_i_pair_noise(const ecp_i_pair *c, ecp_real h, ecp_real small)
 {
-    ecp_real noise = (c->d_noise + small * c->L) / h;
+    ecp_real noise = (c->d_noise + small * c->L) / h, jitter = c->d_noise / h;
+    c->ma->jitter = ecp_i_max(c->ma->jitter, jitter);
+    c->mb->jitter = ecp_i_max(c->mb->jitter, jitter);
     if (c->plane) return;
     c->ma->noise = ecp_i_max(c->ma->noise, noise);
     c->mb->noise = ecp_i_max(c->mb->noise, noise);
@@ -4635,21 +4645,28 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real ta
         ecp_i_sub(m->residual + 3, m->kick + 3, m->residual + 3);
         m->floor[0] = ecp_i_norm(m->kick);
         m->floor[1] = ecp_i_norm(m->kick + 3);
-        m->noise = 0;
+        m->noise = m->jitter = 0;
     }
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
-        int gap = c->at + ecp_i_at_p(c);
         c->tau = tau;
         ecp_i_pair_evaluate(c, z + c->at, s->h);
         ecp_i_pair_residual(c, z + c->at, s->h, F + c->at);
         ecp_i_pair_noise(c, s->h, 0);
         if (c->ma->dynamic) ecp_i_wrench(c, c->ma, c->ra, 1);
         if (c->mb->dynamic) ecp_i_wrench(c, c->mb, c->rb, -1);
+    }
+    for (i = 0; i < s->pair_count; i++) {
+        const ecp_i_pair *c = s->pairs[i];
+        ecp_real jitter = c->ma->dynamic ? c->ma->jitter : ECP_R(0);
+        int gap = c->at + ecp_i_at_p(c);
+        if (c->mb->dynamic) jitter = ecp_i_max(jitter, c->mb->jitter);
         for (r = c->at; r < c->at + c->count; r++) {
             ecp_real size = ecp_i_abs(F[r]);
-            if (r == gap) size -= c->d_noise / (s->h * c->V);
+            if (r < gap) size -= jitter * s->h / c->L;
             if (r < c->at + (c->plane ? 3 : 4)) size -= c->n_noise;
+            if (r == gap) size -= c->d_noise / (s->h * c->V);
+            if (r > gap) size -= jitter / c->V;
             ecp_i_worst(&worst, size);
         }
     }
@@ -4723,6 +4740,7 @@ static void ecp_i_tree_plan(ecp_i_island *s)
         c->next_here = f->pairs;
         f->pairs = c;
     }
+    t->h = s->h;
     t->mark = s->arena->used;
     t->stack = s->arena->top;
 }
@@ -6262,7 +6280,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
             z[6 * i + j] = dv[j] / (j < 3 ? m->speed : m->speed / m->length);
             m->residual[j] = 0;
         }
-        m->noise = 0;
+        m->noise = m->jitter = 0;
         ecp_i_move(m, s->h, dv);
     }
     for (i = 0; i < s->pair_count; i++) {

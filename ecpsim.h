@@ -637,7 +637,7 @@ enum {
     ECP_FALLBACK_CONTINUATION = 2, /* smoothed complementarity, the smoothing taken to zero */
     ECP_FALLBACK_MULTISTART = 4,   /* the same from a fixed sequence of disturbed starts */
     ECP_FALLBACK_LOAD = 8,         /* the loads and velocities of the step grow from nothing */
-    ECP_FALLBACK_SUBSTEPS = 16     /* the step as 2, 4, .. 64 shorter ones, each solved like a step:
+    ECP_FALLBACK_SUBSTEPS = 16     /* shorter steps, each solved like a step, up to 256 of them;
                                       ecp_report.substeps says how many. Contacts and
                                       ecp_printed_residual are then those of the last of them */
 };
@@ -4841,6 +4841,9 @@ static ecp_real ecp_i_content(ecp_real tolerance)
 /* how many of the last merits a new one may compare itself with */
 #define ECP_I_MEMORY 4
 
+/* the line search gives up below this part of a Newton step */
+#define ECP_I_SHORTEST_STEP ECP_R(1e-5)
+
 /* Merits up to this one are let pass at first, a quarter of it after each iteration: near the kinks of
    a semismooth system a step that brings the right set of active constraints may raise the merit. */
 #define ECP_I_SLACK ECP_R(1e-2)
@@ -4871,7 +4874,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
         slack /= 4;
         before = largest;
         above = error;
-        for (t = 1; t >= ECP_R(1e-3); t /= 2) {
+        for (t = 1; t >= ECP_I_SHORTEST_STEP; t /= 2) {
             for (i = 0; i < p->n; i++) p->trial[i] = z[i] + t * p->dz[i];
             error = p->residual(p->self, p->trial, tau, p->F);
             effort->evaluations++;
@@ -4879,7 +4882,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             if (error <= tolerance || merit <= (1 - ECP_R(2e-4) * t) * best) break;
             if (above <= tolerance) break;
         }
-        if (t < ECP_R(1e-3) || (above <= tolerance && !(error <= tolerance))) {
+        if (t < ECP_I_SHORTEST_STEP || (above <= tolerance && !(error <= tolerance))) {
             /* back to the last point; it may be one that will do */
             p->residual(p->self, z, tau, p->F);
             return above <= tolerance;
@@ -6686,8 +6689,13 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
     return status;
 }
 
-/* The step as 2, 4, .. 64 shorter ones; forces act in all of them, impulses in the first. The state
-   before is kept at the end of the block. */
+/* sub-steps of one step, and how short they may be: h / 2^20 */
+#define ECP_I_SUBSTEPS 256
+#define ECP_I_SHORTEST (ECP_R(1.0) / 1048576)
+
+/* The step in shorter ones, which grow by 2 where they succeed and shrink by 4 where they fail, so
+   that the instant that makes trouble is passed in a short one. Forces act in all of them, impulses
+   in the first. The state before is kept at the end of the block. */
 static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_options *o,
                                       ecp_report *r)
 {
@@ -6695,19 +6703,27 @@ static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_op
                   *saved = block + world->bytes - world->state_bytes;
     size_t bytes = world->state_bytes;
     const ecp_i_body *before = (const ecp_i_body *)(void *)(saved + world->bodies_at);
-    ecp_status status = ECP_NOT_SOLVED;
-    int parts, i, k;
+    ecp_real rest = 1, part = ECP_R(0.5);
+    ecp_status status = ECP_OK;
+    int i;
     ECPSIM_MEMCPY(saved, block, bytes);
     r->fallbacks |= ECP_FALLBACK_SUBSTEPS;
-    for (parts = 2; parts <= 64 && status == ECP_NOT_SOLVED; parts *= 2) {
-        if (parts > 2) ECPSIM_MEMCPY(block, saved, bytes);
-        r->substeps = parts;
-        for (k = 0, status = ECP_OK; k < parts && status == ECP_OK; k++) {
-            for (i = 0; k > 0 && i < world->bodies; i++) {
+    r->substeps = 0;
+    while (rest > 0) {
+        status = ecp_i_step_once(world, h * part, o, bytes, r);
+        if (status == ECP_OK) {
+            rest -= part;
+            part = ecp_i_min(2 * part, rest);
+            for (i = 0; rest > 0 && i < world->bodies; i++) {
                 ECPSIM_MEMCPY(ecp_i_bodies(world)[i].force, before[i].force,
                               sizeof before[i].force);
             }
-            status = ecp_i_step_once(world, h / (ecp_real)parts, o, bytes, r);
+            if (++r->substeps == ECP_I_SUBSTEPS && rest > 0) status = ECP_NOT_SOLVED;
+            if (status == ECP_OK) continue;
+        }
+        part /= 4;
+        if (status != ECP_NOT_SOLVED || part < ECP_I_SHORTEST || r->substeps == ECP_I_SUBSTEPS) {
+            break;
         }
     }
     if (status != ECP_OK) ECPSIM_MEMCPY(block, saved, bytes);

@@ -6692,10 +6692,11 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
 /* sub-steps of one step, and how short they may be: h / 2^20 */
 #define ECP_I_SUBSTEPS 256
 #define ECP_I_SHORTEST (ECP_R(1.0) / 1048576)
+#define ECP_I_SHORT (ECP_R(1.0) / 1024)
 
 /* The step in shorter ones, which grow by 2 where they succeed and shrink by 4 where they fail, so
-   that the instant that makes trouble is passed in a short one. Forces act in all of them, impulses
-   in the first. The state before is kept at the end of the block. */
+   that the instant that makes trouble is passed in a short one; only the shortest take the dearer
+   fallbacks. Forces act in all of them, impulses in the first. The state before is kept at the end of the block. */
 static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_options *o,
                                       ecp_report *r)
 {
@@ -6704,13 +6705,15 @@ static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_op
     size_t bytes = world->state_bytes;
     const ecp_i_body *before = (const ecp_i_body *)(void *)(saved + world->bodies_at);
     ecp_real rest = 1, part = ECP_R(0.5);
+    ecp_options quick = *o;
     ecp_status status = ECP_OK;
     int i;
+    quick.fallbacks &= ECP_FALLBACK_GEOMETRIC | ECP_FALLBACK_CONTINUATION;
     ECPSIM_MEMCPY(saved, block, bytes);
     r->fallbacks |= ECP_FALLBACK_SUBSTEPS;
     r->substeps = 0;
     while (rest > 0) {
-        status = ecp_i_step_once(world, h * part, o, bytes, r);
+        status = ecp_i_step_once(world, h * part, part > ECP_I_SHORT ? &quick : o, bytes, r);
         if (status == ECP_OK) {
             rest -= part;
             part = ecp_i_min(2 * part, rest);

@@ -5423,8 +5423,10 @@ static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *gue
 }
 /* >>broad: which primitives can come near each other within the step */
 
+/* Bounds of primitives at one time, and of where the free motion takes them from there. Two can meet
+   if they are no farther apart than the difference of their displacements, and half as much again. */
 typedef struct ecp_i_box {
-    ecp_real lo[3], hi[3];
+    ecp_real lo[3], hi[3], dx_lo[3], dx_hi[3];
 } ecp_i_box;
 
 /* Bounds of all primitives, and a binary tree over those of the bounded ones in the order of their
@@ -5454,13 +5456,33 @@ static void ecp_i_box_join(const ecp_i_box *a, const ecp_i_box *b, ecp_i_box *ou
     for (k = 0; k < 3; k++) {
         out->lo[k] = ecp_i_min(a->lo[k], b->lo[k]);
         out->hi[k] = ecp_i_max(a->hi[k], b->hi[k]);
+        out->dx_lo[k] = ecp_i_min(a->dx_lo[k], b->dx_lo[k]);
+        out->dx_hi[k] = ecp_i_max(a->dx_hi[k], b->dx_hi[k]);
     }
+}
+
+/* can the displacements of a and b, at their most different, and half as much again, close a gap? */
+static int ecp_i_boxes_close(const ecp_i_box *a, const ecp_i_box *b, ecp_real gap2)
+{
+    ecp_real move2 = 0, most;
+    int k;
+    if (gap2 == 0) return 1;
+    for (k = 0; k < 3; k++) {
+        most = ecp_i_max(a->dx_hi[k] - b->dx_lo[k], b->dx_hi[k] - a->dx_lo[k]);
+        move2 += most * most;
+    }
+    return gap2 <= ECP_R(2.25) * move2;
 }
 
 static int ecp_i_boxes_meet(const ecp_i_box *a, const ecp_i_box *b)
 {
-    return a->lo[0] <= b->hi[0] && b->lo[0] <= a->hi[0] && a->lo[1] <= b->hi[1] &&
-           b->lo[1] <= a->hi[1] && a->lo[2] <= b->hi[2] && b->lo[2] <= a->hi[2];
+    ecp_real gap2 = 0, gap;
+    int k;
+    for (k = 0; k < 3; k++) {
+        gap = ecp_i_max(a->lo[k] - b->hi[k], b->lo[k] - a->hi[k]);
+        if (gap > 0) gap2 += gap * gap;
+    }
+    return ecp_i_boxes_close(a, b, gap2);
 }
 
 /* what a primitive's points are from its body's centre of mass, at most */
@@ -5480,12 +5502,14 @@ static ecp_real ecp_i_margin(const ecp_i_part *p, const ecp_i_motion *m, ecp_rea
            ECP_R(1e-3) * p->shape.radius + 8 * ECP_I_EPSILON * ecp_i_norm(m->body->x);
 }
 
-/* the primitive's box at the beginning (or the end) of the step, `reach` wider on all sides */
+/* the primitive's box at the beginning of the step, `reach` wider on all sides, with its displacement;
+   or at the end of it, from where it goes nowhere */
 static void ecp_i_part_box(const ecp_i_part *p, const ecp_i_motion *m, int at_end, ecp_real reach,
                            ecp_i_box *box)
 {
     const ecp_real *R = at_end ? m->R : m->R0;
     int j, k;
+    for (k = 0; k < 3; k++) box->dx_lo[k] = box->dx_hi[k] = at_end ? ECP_R(0) : m->dx[k];
     if (p->shape.kind == ECP_HALF_SPACE) {
         ecp_real local[3], origin[3];
         ecp_i_mul(p->rotation, p->shape.size, local);
@@ -5507,7 +5531,7 @@ static void ecp_i_part_box(const ecp_i_part *p, const ecp_i_motion *m, int at_en
     }
 }
 
-/* does the box reach into the half-space? */
+/* can what is in the box reach the half-space? */
 static int ecp_i_plane_meets(const ecp_i_box *plane, const ecp_i_box *box)
 {
     ecp_real low = -plane->hi[0];
@@ -5515,19 +5539,23 @@ static int ecp_i_plane_meets(const ecp_i_box *plane, const ecp_i_box *box)
     for (k = 0; k < 3; k++) {
         low += plane->lo[k] * (plane->lo[k] > 0 ? box->lo[k] : box->hi[k]);
     }
-    return low <= 0;
+    return ecp_i_boxes_close(plane, box, low > 0 ? low * low : ECP_R(0));
 }
 
 /* ten bits of each coordinate, interleaved */
 static uint32_t ecp_i_morton(const ecp_i_box *all, const ecp_i_box *box)
 {
     uint32_t code = 0;
-    int j, bit;
+    int j;
     for (j = 0; j < 3; j++) {
         ecp_real size = all->hi[j] - all->lo[j];
         ecp_real at = (box->lo[j] / 2 + box->hi[j] / 2 - all->lo[j]) / size;
         uint32_t cell = at > 0 && at <= 1 ? (uint32_t)(at * 1023) : 0;
-        for (bit = 0; bit < 10; bit++) code |= (cell >> bit & 1u) << (3 * bit + j);
+        cell = (cell | cell << 16) & 0x030000ffu; /* two zeros between the bits */
+        cell = (cell | cell << 8) & 0x0300f00fu;
+        cell = (cell | cell << 4) & 0x030c30c3u;
+        cell = (cell | cell << 2) & 0x09249249u;
+        code |= cell << j;
     }
     return code;
 }
@@ -5565,7 +5593,7 @@ static void ecp_i_broad_build(ecp_i_broad *b, const ecp_i_part *parts, int shape
         ecp_i_box_join(&all, b->boxes + i, &all);
         b->leaf[b->count++] = i;
     }
-    for (i = 0; i < b->count; i++) {
+    for (i = 0; b->count > 1 && i < b->count; i++) {
         b->code[b->leaf[i]] = ecp_i_morton(&all, b->boxes + b->leaf[i]);
     }
     ecp_i_sort_leaves(b);
@@ -5947,9 +5975,7 @@ static ecp_status ecp_i_find_pairs(ecp_i_step *s)
     for (i = 0; i < shapes; i++) {
         const ecp_i_motion *m = s->motions + parts[i].body;
         if (parts[i].body == ECP_I_FREE) continue;
-        ecp_i_part_box(parts + i, m, 0,
-                       ECP_R(1.5) * ecp_i_norm(m->dx) + ecp_i_margin(parts + i, m, s->h),
-                       b.boxes + i);
+        ecp_i_part_box(parts + i, m, 0, ecp_i_margin(parts + i, m, s->h), b.boxes + i);
         /* a half-space that moves is left to ecp_i_near */
         if (parts[i].shape.kind == ECP_HALF_SPACE && m->body->kind == ECP_KINEMATIC) {
             ecp_i_set3(0, 0, 0, b.boxes[i].lo);

@@ -5664,8 +5664,9 @@ typedef struct ecp_i_step {
     ecp_i_patch *records; /* the next list of patches, and its multipliers */
     ecp_real *multipliers;
     int *extra, extras; /* pairs of shapes that turned out to touch after all */
-    int *notes;  /* of each pair: its shapes, lower first, and its patch in the world or -1 */
-    int *bodies; /* of an island */
+    int *notes;        /* of each pair: its shapes, lower first, and its patch in the world or -1 */
+    int *bodies;       /* of an island */
+    ecp_real *margins; /* of each primitive, ecp_i_margin */
     ecp_i_pair **members;
 } ecp_i_step;
 
@@ -5683,10 +5684,11 @@ static ecp_status ecp_i_fail(ecp_report *r, ecp_status status, int body, int sha
 
 /* >>memory: every block of a step is cut here, for ecp_world_memsize and for the step alike */
 
-static void ecp_i_carve_step(ecp_i_arena *arena, int bodies, int patches, ecp_i_step *s)
+static void ecp_i_carve_step(ecp_i_arena *arena, int bodies, int shapes, int patches, ecp_i_step *s)
 {
     s->motions = (ecp_i_motion *)ecp_i_take(arena, (size_t)bodies, sizeof(ecp_i_motion));
     s->bodies = ecp_i_take_ints(arena, bodies);
+    s->margins = ecp_i_take_reals(arena, shapes, 1);
     s->extra = ecp_i_take_ints(arena, 2 * patches);
     s->notes = ecp_i_take_ints(arena, 3 * patches);
 }
@@ -5750,7 +5752,7 @@ static void ecp_i_carve_world(ecp_i_arena *arena, ecp_world *w)
     int i, most = ecp_i_most_unknowns(d);
     size_t reals = ecp_i_tree_reals(d);
     ecp_i_carve_state(arena, w);
-    ecp_i_carve_step(arena, d->max_bodies, d->max_patches, &s);
+    ecp_i_carve_step(arena, d->max_bodies, d->max_shapes, d->max_patches, &s);
     ecp_i_carve_patches(arena, d->max_patches, d->max_inequalities, &s);
     ecp_i_carve_broad(arena, d->max_shapes, &broad);
     for (i = 0; i < d->max_patches; i++) {
@@ -5837,19 +5839,19 @@ static int ecp_i_pair_bind(const ecp_i_step *s, int i, int j, ecp_i_pair *c)
 
 /* Can the two touch within the step? Asked at the beginning of the step, of the free motion, with
    half as much again for what contacts do to it; what this misses is found by ecp_i_find_touching.
-   old: the pair's patch of the last step, or NULL. */
-static int ecp_i_near(const ecp_i_pair *c, const ecp_i_patch *old, ecp_real h)
+   old: the pair's patch of the last step, or NULL; it knows the gap at its end. */
+static int ecp_i_near(const ecp_i_step *s, const ecp_i_pair *c, const ecp_i_patch *old)
 {
     ecp_i_posed A, B;
     ecp_real n[3], at_a[3], at_b[3], move[3], reach;
     ecp_i_sub(c->ma->dx, c->mb->dx, move);
-    reach =
-        ECP_R(1.5) * ecp_i_norm(move) + ecp_i_margin(c->a, c->ma, h) + ecp_i_margin(c->b, c->mb, h);
+    reach = ECP_R(1.5) * ecp_i_norm(move) + s->margins[c->shape_a] + s->margins[c->shape_b];
+    if (old && !old->guess && old->contact.gap <= reach) return 1;
     ecp_i_pose(c, 0, 0, &A);
     ecp_i_pose(c, 1, 0, &B);
     if (c->plane) {
         if (c->mb->body->kind == ECP_KINEMATIC) {
-            reach += ECP_R(1.5) * h * ecp_i_norm(c->mb->v + 3) *
+            reach += ECP_R(1.5) * s->h * ecp_i_norm(c->mb->v + 3) *
                      (ecp_i_norm(A.x) + ecp_i_norm(c->offset) + c->a->shape.radius);
         }
         return ecp_i_plane_gap(&A, &B, 0, n, at_a) <= reach;
@@ -5858,7 +5860,6 @@ static int ecp_i_near(const ecp_i_pair *c, const ecp_i_patch *old, ecp_real h)
     ecp_i_posed_centre(&B, at_b);
     ecp_i_sub(at_b, at_a, n);
     if (ecp_i_norm(n) - A.shape->radius - B.shape->radius > reach) return 0;
-    if (old && !old->guess && old->contact.gap <= reach) return 1;
     if (ecp_i_normalise(n) && ecp_i_separation(&A, &B, n) > reach) return 0;
     return ecp_i_distance(&A, &B, at_a, at_b, n) <= reach;
 }
@@ -5946,7 +5947,7 @@ static ecp_status ecp_i_note_pair(ecp_i_step *s, int i, int j, int *next)
     if (!ecp_i_pair_bind(s, i, j, &c)) return ECP_OK;
     while (*next < s->w->patches && ecp_i_patch_before(list + *next, i, j)) ++*next;
     if (*next < s->w->patches && ecp_i_patch_is(list + *next, i, j)) old = list + *next;
-    if (!ecp_i_near(&c, old, s->h) && !ecp_i_is_extra(s, i, j)) return ECP_OK;
+    if (!ecp_i_near(s, &c, old) && !ecp_i_is_extra(s, i, j)) return ECP_OK;
     if (s->pair_count == s->w->desc.max_patches) {
         return ecp_i_fail(s->r, ECP_CAPACITY, -1, i, j, (ecp_real)(s->pair_count + 1),
                           (ecp_real)s->w->desc.max_patches);
@@ -5975,7 +5976,8 @@ static ecp_status ecp_i_find_pairs(ecp_i_step *s)
     for (i = 0; i < shapes; i++) {
         const ecp_i_motion *m = s->motions + parts[i].body;
         if (parts[i].body == ECP_I_FREE) continue;
-        ecp_i_part_box(parts + i, m, 0, ecp_i_margin(parts + i, m, s->h), b.boxes + i);
+        s->margins[i] = ecp_i_margin(parts + i, m, s->h);
+        ecp_i_part_box(parts + i, m, 0, s->margins[i], b.boxes + i);
         /* a half-space that moves is left to ecp_i_near */
         if (parts[i].shape.kind == ECP_HALF_SPACE && m->body->kind == ECP_KINEMATIC) {
             ecp_i_set3(0, 0, 0, b.boxes[i].lo);
@@ -6025,13 +6027,14 @@ static int ecp_i_is_noted(const ecp_i_step *s, int i, int j)
 
 /* Has the primitive gone farther from its free motion than its margin? Only then can it touch one
    that it was not thought near. */
-static int ecp_i_strayed(const ecp_i_part *p, const ecp_i_motion *m, ecp_real h)
+static int ecp_i_strayed(const ecp_i_step *s, int i)
 {
+    const ecp_i_part *p = ecp_i_parts(s->w) + i;
+    const ecp_i_motion *m = s->motions + p->body;
     ecp_real off[3];
     if (!m->dynamic) return 0;
     ecp_i_sub(m->dv, m->free, off);
-    return h * (ecp_i_norm(off) + ecp_i_part_reach(p) * ecp_i_norm(m->v + 3)) >
-           ecp_i_margin(p, m, h);
+    return s->h * (ecp_i_norm(off) + ecp_i_part_reach(p) * ecp_i_norm(m->v + 3)) > s->margins[i];
 }
 
 /* adds pairs that were left out but overlap at the end of the step to the extra ones */
@@ -6044,7 +6047,7 @@ static void ecp_i_find_touching(ecp_i_step *s)
     int i, j, k, found, strayed = 0, shapes = s->w->shapes;
     for (i = 0; i < shapes && !strayed; i++) {
         if (parts[i].body == ECP_I_FREE) continue;
-        strayed = ecp_i_strayed(parts + i, s->motions + parts[i].body, s->h);
+        strayed = ecp_i_strayed(s, i);
     }
     if (!strayed) return;
     ecp_i_carve_broad(&s->arena, shapes, &b);
@@ -6055,7 +6058,7 @@ static void ecp_i_find_touching(ecp_i_step *s)
     ecp_i_broad_build(&b, parts, shapes);
     for (i = 0; i < shapes; i++) {
         if (parts[i].body == ECP_I_FREE || parts[i].shape.kind == ECP_HALF_SPACE) continue;
-        if (!ecp_i_strayed(parts + i, s->motions + parts[i].body, s->h)) continue;
+        if (!ecp_i_strayed(s, i)) continue;
         found = ecp_i_broad_query(&b, i, -1);
         for (k = 0; k < found; k++) {
             int lo = i < b.hits[k] ? i : b.hits[k];
@@ -6695,7 +6698,7 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
     s.r = r;
     s.arena = ecp_i_arena_over(world, world->bytes - spare);
     s.arena.used = s.arena.high = world->state_bytes;
-    ecp_i_carve_step(&s.arena, world->bodies, world->desc.max_patches, &s);
+    ecp_i_carve_step(&s.arena, world->bodies, world->shapes, world->desc.max_patches, &s);
     for (i = 0; i < world->bodies; i++) {
         const ecp_i_body *b = ecp_i_bodies(world) + i;
         if (b->kind != ECP_I_FREE) ecp_i_predict(world, b, h, s.motions + i);

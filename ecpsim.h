@@ -3338,6 +3338,11 @@ typedef struct ecp_i_pair {
     ecp_real e_scaled[3], rho;
     ecp_real offset[3]; /* x_A - x_B at the beginning of the step */
 
+    /* at the ECP and the beginning of the step (ecp_i_pair_place) */
+    ecp_real a_local[3], ra0[3]; /* the ECP in the frame of A, and from A's centre of mass, world */
+    ecp_real N0[3], d0;          /* of a half-space: its normal, and the gap over it */
+    int placed;                  /* set when all this belongs to a_local, and fa, ga as well */
+
     /* at the trial point */
     ecp_real *fa, *ga, *fb, *gb;     /* values and gradients of f at a, of g at b */
     ecp_real cone[3];                /* sum l_i grad f_i, frame of A */
@@ -3398,49 +3403,81 @@ static void ecp_i_tangents(ecp_i_pair *c)
     ecp_i_cross(c->o, c->N, c->t);
 }
 
-/* The gap of a over the half-space {x : size.x <= size[3]}, as the gap at the beginning of the step
-   plus what the step adds to it: the sum of the two positions would round the increment away. The
-   former is zero when it is no more than its rounding error. ra0: from A's centre of mass to a at
-   the beginning. */
-static ecp_real ecp_i_plane_gap_after(ecp_i_pair *c, const ecp_real ra0[3])
+/* The gap of a over the half-space {x : size.x <= size[3]} at the beginning of the step; zero when it
+   is no more than its rounding error. */
+static void ecp_i_plane_gap_before(ecp_i_pair *c)
 {
-    const ecp_i_motion *ma = c->ma, *mb = c->mb;
     const ecp_real *size = c->b->shape.size;
-    ecp_real origin[3], rel[3], N0[3], local[3], moved[3], turned[3], d0, d;
-    ecp_i_mul(mb->R0, c->b->position, origin);
+    ecp_real origin[3], rel[3], local[3];
+    ecp_i_mul(c->mb->R0, c->b->position, origin);
     ecp_i_mul(c->b->rotation, size, local);
-    ecp_i_mul(mb->R0, local, N0);
-    ecp_i_axpy(c->offset, 1, ra0, rel);
+    ecp_i_mul(c->mb->R0, local, c->N0);
+    ecp_i_axpy(c->offset, 1, c->ra0, rel);
     ecp_i_sub(rel, origin, rel);
-    d0 = ecp_i_dot(N0, rel) - size[3];
-    c->d_floor = ECP_I_EPSILON * (ecp_i_norm(c->offset) + ecp_i_norm(ra0) + ecp_i_norm(origin) +
+    c->d0 = ecp_i_dot(c->N0, rel) - size[3];
+    c->d_floor = ECP_I_EPSILON * (ecp_i_norm(c->offset) + ecp_i_norm(c->ra0) + ecp_i_norm(origin) +
                                   ecp_i_abs(size[3]));
     c->d_noise = c->d_floor;
-    if (ecp_i_abs(d0) <= c->d_floor / 2) c->d_noise = ECP_I_EPSILON * ecp_i_norm(ra0);
-    if (ecp_i_abs(d0) <= c->d_floor) d0 = 0;
+    if (ecp_i_abs(c->d0) <= c->d_floor / 2) c->d_noise = ECP_I_EPSILON * ecp_i_norm(c->ra0);
+    if (ecp_i_abs(c->d0) <= c->d_floor) c->d0 = 0;
+}
+
+/* The same at the end: the former plus what the step adds to it, as the sum of the two positions would
+   round the increment away. turned: what the turn adds to ra0. */
+static ecp_real ecp_i_plane_gap_after(const ecp_i_pair *c, const ecp_real turned[3])
+{
+    const ecp_i_motion *ma = c->ma, *mb = c->mb;
+    ecp_real moved[3], d = c->d0;
     ecp_i_sub(ma->dx, mb->dx, moved);
-    ecp_i_mul(ma->T, ra0, turned);
     ecp_i_axpy(moved, 1, turned, moved);
-    d = d0;
     if (mb->body->kind == ECP_KINEMATIC) {
-        ecp_i_mul(mb->T, origin, turned);
-        ecp_i_sub(moved, turned, moved);
+        ecp_real origin[3], rel[3], turn[3];
+        ecp_i_mul(mb->R0, c->b->position, origin);
+        ecp_i_axpy(c->offset, 1, c->ra0, rel);
+        ecp_i_sub(rel, origin, rel);
+        ecp_i_mul(mb->T, origin, turn);
+        ecp_i_sub(moved, turn, moved);
         ecp_i_axpy(rel, 1, moved, rel);
-        ecp_i_mul(mb->T, N0, turned);
-        d += ecp_i_dot(turned, rel);
+        ecp_i_mul(mb->T, c->N0, turn);
+        d += ecp_i_dot(turn, rel);
     }
-    return d + ecp_i_dot(N0, moved);
+    return d + ecp_i_dot(c->N0, moved);
+}
+
+/* the rotation of B, and the normal of a half-space */
+static void ecp_i_pair_turn_b(ecp_i_pair *c)
+{
+    ecp_i_matmul(c->mb->R, c->b->rotation, c->Qb);
+    if (!c->plane) return;
+    ecp_i_mul(c->Qb, c->b->shape.size, c->N);
+    ecp_i_scale(-1, c->N, c->n);
+}
+
+/* What depends on the ECP a (in the frame of A) and not on the trial motion. Where a is the last one,
+   as in the first residual after a start, nothing is to be done. */
+static void ecp_i_pair_place(ecp_i_pair *c, const ecp_real a[3])
+{
+    const ecp_real *last = c->a_local;
+    ecp_real at[3];
+    if (c->placed && a[0] == last[0] && a[1] == last[1] && a[2] == last[2]) return;
+    c->placed = 1;
+    ecp_i_copy3(a, c->a_local);
+    c->a->shape.cls->eval(&c->a->shape, a, c->fa, c->ga);
+    ecp_i_mul(c->a->rotation, a, at);
+    ecp_i_axpy(at, 1, c->a->position, at);
+    ecp_i_mul(c->ma->R0, at, c->ra0);
+    if (c->plane) ecp_i_plane_gap_before(c);
+    if (c->mb->body->kind == ECP_STATIC) ecp_i_pair_turn_b(c);
 }
 
 /* N, rb2, b and d of a patch whose a, Qa, ra, cone are known */
-static void ecp_i_pair_normal(ecp_i_pair *c, const ecp_real *y, const ecp_real ra0[3], ecp_real h)
+static void ecp_i_pair_normal(ecp_i_pair *c, const ecp_real *y, const ecp_real turned[3],
+                              ecp_real h)
 {
     ecp_real origin[3], at[3];
-    ecp_i_matmul(c->mb->R, c->b->rotation, c->Qb);
+    if (c->mb->body->kind != ECP_STATIC) ecp_i_pair_turn_b(c);
     if (c->plane) {
-        ecp_i_mul(c->Qb, c->b->shape.size, c->N);
-        ecp_i_scale(-1, c->N, c->n);
-        c->d = ecp_i_plane_gap_after(c, ra0);
+        c->d = ecp_i_plane_gap_after(c, turned);
         ecp_i_axpy(c->rb, c->d, c->n, c->rb2);
         return;
     }
@@ -3467,36 +3504,38 @@ static void ecp_i_projection(ecp_i_pair *c)
     c->outer = (c->z_norm + c->radius + ecp_i_sqrt(apart * apart + tau2)) / 2;
 }
 
-/* Everything that the residual and its derivative need, from the patch's unknowns y and the trial
+/* Where the patch is and how its bodies move there, from its unknowns y but the impulses and the trial
    motion of the two bodies. */
-static void ecp_i_pair_evaluate(ecp_i_pair *c, const ecp_real *y, ecp_real h)
+static void ecp_i_pair_geometry(ecp_i_pair *c, const ecp_real *y, ecp_real h)
 {
-    const ecp_real *p = y + ecp_i_at_p(c);
-    ecp_real a[3], at[3], ra0[3], w[3];
+    ecp_real a[3], turned[3], carried[3];
     int i, k;
     ecp_i_scale(c->L, y, a);
-    c->a->shape.cls->eval(&c->a->shape, a, c->fa, c->ga);
+    ecp_i_pair_place(c, a);
     ecp_i_set3(0, 0, 0, c->cone);
     for (i = 0; i < c->nl; i++) ecp_i_axpy(c->cone, y[3 + i], c->ga + 3 * i, c->cone);
     ecp_i_matmul(c->ma->R, c->a->rotation, c->Qa);
-    ecp_i_mul(c->a->rotation, a, at);
-    ecp_i_axpy(at, 1, c->a->position, at);
-    ecp_i_mul(c->ma->R0, at, ra0);
-    ecp_i_mul(c->ma->T, ra0, c->ra);
-    ecp_i_axpy(c->ra, 1, ra0, c->ra);
+    ecp_i_mul(c->ma->T, c->ra0, turned);
+    ecp_i_axpy(turned, 1, c->ra0, c->ra);
     for (k = 0; k < 3; k++) c->rb[k] = c->offset[k] + (c->ma->dx[k] - c->mb->dx[k]) + c->ra[k];
-    ecp_i_pair_normal(c, y, ra0, h);
+    ecp_i_pair_normal(c, y, turned, h);
 
     ecp_i_sub(c->ma->v, c->mb->v, c->v);
     ecp_i_add_cross(c->ma->v + 3, c->ra, c->v);
-    ecp_i_cross(c->rb, c->mb->v + 3, at);
-    ecp_i_axpy(c->v, 1, at, c->v);
+    ecp_i_cross(c->rb, c->mb->v + 3, carried);
+    ecp_i_axpy(c->v, 1, carried, c->v);
     ecp_i_sub(c->ma->v + 3, c->mb->v + 3, c->spin);
+}
 
+/* The impulse on A and the projection, after the geometry and the tangents. */
+static void ecp_i_pair_impulses(ecp_i_pair *c, const ecp_real *y)
+{
+    const ecp_real *p = y + ecp_i_at_p(c);
+    ecp_real w[3];
+    int k;
     for (k = 0; k <= c->nf; k++) c->p[k] = p[k];
     ecp_i_scale(c->P * p[0], c->N, c->force);
     if (c->nf == 0) return;
-    ecp_i_tangents(c);
     ecp_i_axpy(c->force, c->e[0] * c->P * p[1], c->t, c->force);
     ecp_i_axpy(c->force, c->e[1] * c->P * p[2], c->o, c->force);
     w[0] = c->e[0] * ecp_i_dot(c->t, c->v) / c->V;
@@ -3508,6 +3547,14 @@ static void ecp_i_pair_evaluate(ecp_i_pair *c, const ecp_real *y, ecp_real h)
         c->z_norm += c->z[k] * c->z[k];
     }
     ecp_i_projection(c);
+}
+
+/* Everything that the residual and its derivative need. */
+static void ecp_i_pair_evaluate(ecp_i_pair *c, const ecp_real *y, ecp_real h)
+{
+    ecp_i_pair_geometry(c, y, h);
+    if (c->nf > 0) ecp_i_tangents(c);
+    ecp_i_pair_impulses(c, y);
 }
 
 /* the moment impulse on A about the normal */
@@ -5274,18 +5321,25 @@ static void ecp_i_cone_multipliers(int count, const ecp_real *f, const ecp_real 
     }
 }
 
+/* where a primitive is whose rotation p->Q is known */
+static void ecp_i_pose_turned(const ecp_i_pair *c, int side, int at_end, ecp_i_posed *p)
+{
+    const ecp_i_part *part = side ? c->b : c->a;
+    const ecp_i_motion *m = side ? c->mb : c->ma;
+    p->shape = &part->shape;
+    ecp_i_mul(at_end ? m->R : m->R0, part->position, p->x);
+    if (at_end) ecp_i_axpy(p->x, 1, m->dx, p->x);
+    if (side) ecp_i_sub(p->x, c->offset, p->x);
+}
+
 /* where a primitive is: at the end of the trial motion, or at the beginning of the step; positions
    are counted from A's centre of mass at the beginning of the step */
 static void ecp_i_pose(const ecp_i_pair *c, int side, int at_end, ecp_i_posed *p)
 {
     const ecp_i_part *part = side ? c->b : c->a;
     const ecp_i_motion *m = side ? c->mb : c->ma;
-    const ecp_real *R = at_end ? m->R : m->R0;
-    p->shape = &part->shape;
-    ecp_i_matmul(R, part->rotation, p->Q);
-    ecp_i_mul(R, part->position, p->x);
-    if (at_end) ecp_i_axpy(p->x, 1, m->dx, p->x);
-    if (side) ecp_i_sub(p->x, c->offset, p->x);
+    ecp_i_matmul(at_end ? m->R : m->R0, part->rotation, p->Q);
+    ecp_i_pose_turned(c, side, at_end, p);
 }
 
 /* the unit normal from A into the half-space B, and the gap along it */
@@ -5409,7 +5463,7 @@ static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *gue
     reach = ECP_R(1e-3) * c->a->shape.radius;
     ecp_i_scale(1 / c->L, a, y);
     ecp_i_mul_t(A.Q, n, local);
-    c->a->shape.cls->eval(&c->a->shape, a, c->fa, c->ga);
+    ecp_i_pair_place(c, a);
     ecp_i_cone_multipliers(c->nl, c->fa, c->ga, local, reach, y + 3);
     if (!c->plane) {
         ecp_i_mul_t(B.Q, n, local);
@@ -5580,7 +5634,7 @@ static void ecp_i_sort_leaves(ecp_i_broad *b)
 /* the tree over the boxes of all shapes that are there */
 static void ecp_i_broad_build(ecp_i_broad *b, const ecp_i_part *parts, int shapes)
 {
-    ecp_i_box all = {{0, 0, 0}, {0, 0, 0}};
+    ecp_i_box all = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
     int i;
     b->count = b->plane_count = 0;
     for (i = 0; i < shapes; i++) {
@@ -6326,15 +6380,17 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         else
             ecp_i_start_geometric(c, s->h, old && (k == 0 || s->nearest) ? old->a : NULL,
                                   z + c->at);
-        ecp_i_pair_evaluate(c, z + c->at, s->h);
+        ecp_i_pair_geometry(c, z + c->at, s->h);
         ecp_i_set_direction(c);
         ecp_i_tangents(c);
         if (k > 5) {
             ecp_i_aside(c, k, aside);
             ecp_i_start_geometric(c, s->h, aside, z + c->at);
+            ecp_i_pair_geometry(c, z + c->at, s->h);
+            ecp_i_tangents(c);
         }
         if (warm) ecp_i_start_impulses(s, c, z + c->at);
-        ecp_i_pair_evaluate(c, z + c->at, s->h);
+        ecp_i_pair_impulses(c, z + c->at);
         ecp_i_pair_noise(c, s->h, 2 * s->noise);
         if (c->ma->dynamic) ecp_i_wrench(c, c->ma, warm ? c->ra : none, 1);
         if (c->mb->dynamic) ecp_i_wrench(c, c->mb, warm ? c->rb : none, -1);
@@ -6408,7 +6464,7 @@ static ecp_real ecp_i_centring_length(const ecp_i_island *s, const ecp_real *z, 
             ecp_i_pair *c = s->pairs[i];
             slack = ecp_i_sqrt(ECP_I_EPSILON) * c->L;
             for (k = 0; k < 3; k++) a[k] = c->L * (z[c->at + k] + t * most * dz[c->at + k]);
-            c->a->shape.cls->eval(&c->a->shape, a, c->fa, c->ga);
+            ecp_i_pair_place(c, a);
             for (j = 0; j < c->nl; j++) inside &= c->fa[j] <= slack || z[c->at + 3 + j] > slack;
         }
         if (inside) return t * most;
@@ -6470,8 +6526,10 @@ static void ecp_i_record(const ecp_i_pair *c, const ecp_real *y, ecp_real h, con
     ecp_i_axpy(k->point_a, c->d, c->n, k->point_b);
     ecp_i_copy3(c->N, k->normal);
     k->gap = c->d;
-    ecp_i_pose(c, 0, 1, &A);
-    ecp_i_pose(c, 1, 1, &B);
+    ECPSIM_MEMCPY(A.Q, c->Qa, sizeof A.Q);
+    ECPSIM_MEMCPY(B.Q, c->Qb, sizeof B.Q);
+    ecp_i_pose_turned(c, 0, 1, &A);
+    ecp_i_pose_turned(c, 1, 1, &B);
     ecp_i_copy3(c->n, unit);
     ecp_i_normalise(unit);
     k->separation =

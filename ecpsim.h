@@ -849,8 +849,8 @@ static ecp_real ecp_i_power_of_two(ecp_real x)
     if (!(x > 0) || x - x != 0) return 1;
     while (unit * 65536 <= x) unit *= 65536;
     while (unit * 2 <= x) unit *= 2;
-    while (unit / 65536 > x) unit /= 65536;
-    while (unit > x) unit /= 2;
+    while (unit * (1 / ECP_R(65536)) > x) unit *= 1 / ECP_R(65536);
+    while (unit > x) unit *= ECP_R(0.5);
     return unit;
 }
 
@@ -3168,11 +3168,13 @@ typedef struct ecp_i_motion {
     struct ecp_i_motion *next_ready;
     ecp_real R0[9];               /* rotation at the beginning of the step */
     ecp_real inertia[9];          /* about the centre of mass, world axes, beginning of the step */
+    ecp_real root[9];             /* its factor, of ecp_chol_factor */
     ecp_real whole[6];            /* p_app + p_vp of equ:discrete_NE */
     ecp_real kick[6];             /* what the equations take of it; all, but for ecp_i_ramp */
     ecp_real free[6];             /* the velocity change without contacts, M^-1 kick */
     ecp_real mass, length, speed; /* units: of mass, of length, of velocity (vs, of the island) */
     /* at the trial velocity */
+    int moved;            /* set by the first ecp_i_move */
     ecp_real dv[6], v[6]; /* change over the step, and velocity at its end */
     ecp_real dx[3];       /* displacement */
     ecp_real T[9], J[9];  /* the turn less the identity, and its derivative (ecp_i_cayley) */
@@ -3185,15 +3187,27 @@ typedef struct ecp_i_motion {
 
 /* Moves the body to where the velocity change dv takes it: v = v0 + dv, x = x0 + h v. Changes are
    the unknowns, not velocities, and displacements are kept apart from positions, so that small
-   steps and places far from the origin cost no digits. */
+   steps and places far from the origin cost no digits. A body that is there already, or that
+   does not turn, costs little. */
 static void ecp_i_move(ecp_i_motion *m, ecp_real h, const ecp_real dv[6])
 {
-    int k;
+    int k, same = m->moved;
     for (k = 0; k < 6; k++) {
+        same &= m->dv[k] == dv[k];
         m->dv[k] = dv[k];
-        m->v[k] = m->body->v[k] + (m->body->v_carry[k] + dv[k]);
     }
+    if (same) return;
+    m->moved = 1;
+    for (k = 0; k < 6; k++) m->v[k] = m->body->v[k] + (m->body->v_carry[k] + dv[k]);
     for (k = 0; k < 3; k++) m->dx[k] = h * m->v[k];
+    if (m->v[3] == 0 && m->v[4] == 0 && m->v[5] == 0) {
+        for (k = 0; k < 9; k++) {
+            m->T[k] = 0;
+            m->J[k] = k % 4 ? ECP_R(0) : h;
+            m->R[k] = m->R0[k];
+        }
+        return;
+    }
     ecp_i_cayley(m->v + 3, h, m->T, m->J);
     ecp_i_matmul(m->T, m->R0, m->R);
     for (k = 0; k < 9; k++) m->R[k] += m->R0[k];
@@ -3202,12 +3216,9 @@ static void ecp_i_move(ecp_i_motion *m, ecp_real h, const ecp_real dv[6])
 /* what M^-1 makes of an impulse (linear, angular) */
 static void ecp_i_velocity_change(const ecp_i_motion *m, const ecp_real impulse[6], ecp_real dv[6])
 {
-    ecp_real L[9];
-    ECPSIM_MEMCPY(L, m->inertia, sizeof L);
     ecp_i_scale(1 / m->body->mass, impulse, dv);
     ecp_i_copy3(impulse + 3, dv + 3);
-    ecp_chol_factor(3, L, 3);
-    ecp_chol_solve(3, L, 3, dv + 3);
+    ecp_chol_solve(3, m->root, 3, dv + 3);
 }
 
 /* w of I w + h w x I w = I w0: a backward Euler step of free rotation. (A turn about w leaves w as it
@@ -3269,6 +3280,7 @@ static void ecp_i_gyroscopic(const ecp_real inertia[9], const ecp_real w[3], ecp
     ecp_real Iw[3], change[3], L[9];
     ecp_i_mul(inertia, w, Iw);
     ecp_i_cross(w, Iw, moment);
+    if (moment[0] == 0 && moment[1] == 0 && moment[2] == 0) return;
     ECPSIM_MEMCPY(L, inertia, sizeof L);
     ecp_i_copy3(moment, change);
     ecp_chol_factor(3, L, 3);
@@ -3297,6 +3309,8 @@ static void ecp_i_predict(const ecp_world *w, const ecp_i_body *b, ecp_real h, e
         m->mass = b->mass;
         m->length = b->length;
         ecp_i_congruence(m->R0, b->inertia, m->inertia);
+        ECPSIM_MEMCPY(m->root, m->inertia, sizeof m->root);
+        ecp_chol_factor(3, m->root, 3);
         ecp_i_gyroscopic(m->inertia, b->v + 3, h, gyro);
         for (k = 0; k < 3; k++) {
             m->kick[k] = h * (b->mass * w->desc.gravity[k] + b->force[k]) + b->impulse[k];
@@ -5759,23 +5773,27 @@ static void ecp_i_carve_patches(ecp_i_arena *arena, int patches, int inequalitie
 /* values, gradients and lists of one patch with nl + nm multipliers */
 static void ecp_i_carve_pair(ecp_i_arena *arena, int nl, int nm, ecp_i_pair *c)
 {
-    c->fa = ecp_i_take_reals(arena, nl, 1);
-    c->ga = ecp_i_take_reals(arena, 3, nl);
-    c->fb = ecp_i_take_reals(arena, nm, 1);
-    c->gb = ecp_i_take_reals(arena, 3, nm);
-    c->fixed_a = ecp_i_take_reals(arena, nl, 1);
-    c->slope_a = ecp_i_take_reals(arena, nl, 1);
-    c->fixed_b = ecp_i_take_reals(arena, nm, 1);
-    c->slope_b = ecp_i_take_reals(arena, nm, 1);
-    c->active_a = ecp_i_take_ints(arena, nl);
-    c->active_b = ecp_i_take_ints(arena, nm);
+    ecp_real *reals = ecp_i_take_reals(arena, 6, nl + nm);
+    int *ints = ecp_i_take_ints(arena, nl + nm);
+    if (!reals || !ints) return;
+    c->fa = reals;
+    c->fixed_a = c->fa + nl;
+    c->slope_a = c->fixed_a + nl;
+    c->ga = c->slope_a + nl;
+    c->fb = c->ga + 3 * nl;
+    c->fixed_b = c->fb + nm;
+    c->slope_b = c->fixed_b + nm;
+    c->gb = c->slope_b + nm;
+    c->active_a = ints;
+    c->active_b = ints + nl;
 }
 
 /* the vectors of Newton's method: z, the best z, F, dz, trial, the last z that a ramp has reached */
 static void ecp_i_carve_vectors(ecp_i_arena *arena, int unknowns, ecp_real *vectors[6])
 {
+    ecp_real *reals = ecp_i_take_reals(arena, unknowns, 6);
     int k;
-    for (k = 0; k < 6; k++) vectors[k] = ecp_i_take_reals(arena, unknowns, 1);
+    for (k = 0; reals && k < 6; k++) vectors[k] = reals + k * unknowns;
 }
 
 /* unknowns of a patch with three friction rows and all multipliers that the description allows */

@@ -2643,9 +2643,15 @@ static ecp_i_arena ecp_i_arena_over(void *base, size_t size)
     return a;
 }
 
+/* is a * b, with 7 to spare, a size_t? (Both are small as a rule, and divisions are slow.) */
+static int ecp_i_fits(size_t a, size_t b)
+{
+    return ((a | b) >> (4 * sizeof(size_t) - 1)) == 0 || b == 0 || a <= ((size_t)-1 - 7) / b;
+}
+
 static size_t ecp_i_bytes(size_t count, size_t size)
 {
-    return count <= ((size_t)-1 - 7) / size ? (count * size + 7) & ~(size_t)7 : (size_t)-1;
+    return ecp_i_fits(count, size) ? (count * size + 7) & ~(size_t)7 : (size_t)-1;
 }
 
 static void ecp_i_arena_mark(ecp_i_arena *a)
@@ -2683,7 +2689,7 @@ static ecp_real *ecp_i_take_stack(ecp_i_arena *arena, int rows, int columns)
 
 static ecp_real *ecp_i_take_reals(ecp_i_arena *arena, int rows, int columns)
 {
-    if (columns > 0 && (size_t)rows > (size_t)-1 / (size_t)columns) arena->overflow = 1;
+    if (!ecp_i_fits((size_t)rows, (size_t)columns)) arena->overflow = 1;
     return (ecp_real *)ecp_i_take(arena, (size_t)rows * (size_t)columns, sizeof(ecp_real));
 }
 

@@ -3224,6 +3224,7 @@ static void ecp_i_velocity_change(const ecp_i_motion *m, const ecp_real impulse[
 {
     ecp_i_scale(1 / m->body->mass, impulse, dv);
     ecp_i_copy3(impulse + 3, dv + 3);
+    if (dv[3] == 0 && dv[4] == 0 && dv[5] == 0) return;
     ecp_chol_solve(3, m->root, 3, dv + 3);
 }
 
@@ -3300,12 +3301,12 @@ static void ecp_i_gyroscopic(const ecp_real inertia[9], const ecp_real w[3], ecp
     }
 }
 
-/* p_app: weight, forces and impulses; p_vp: the gyroscopic moment -h w x I w, at the beginning */
+/* p_app: weight, forces and impulses; p_vp: the gyroscopic moment -h w x I w, at the beginning. *m is
+   zero before. */
 static void ecp_i_predict(const ecp_world *w, const ecp_i_body *b, ecp_real h, ecp_i_motion *m)
 {
     ecp_real none[6], gyro[3];
     int k;
-    ECPSIM_MEMSET(m, 0, sizeof *m);
     ECPSIM_MEMSET(none, 0, sizeof none);
     m->body = b;
     m->dynamic = b->kind == ECP_DYNAMIC;
@@ -3397,20 +3398,27 @@ static int ecp_i_at_d(const ecp_i_pair *c) { return 3 + c->nl; }
 static int ecp_i_at_m(const ecp_i_pair *c) { return 4 + c->nl; }
 static int ecp_i_at_p(const ecp_i_pair *c) { return c->plane ? 3 + c->nl : 4 + c->nl + c->nm; }
 
-/* Fischer-Burmeister a + b - sqrt(a^2 + b^2 + 2 tau^2), smoothed by tau, and its derivatives. At
-   the kink a = b = 0 any of the generalised derivatives will do; this one treats both alike. */
+/* Fischer-Burmeister a + b - sqrt(a^2 + b^2 + 2 tau^2), smoothed by tau; *r: the root. */
+static ecp_real ecp_i_fb_value(ecp_real a, ecp_real b, ecp_real tau, ecp_real *r)
+{
+    *r = ecp_i_sqrt(a * a + b * b + 2 * tau * tau);
+    /* a + b - r without cancellation where both are positive */
+    if (a > 0 && b > 0) return 2 * (a * b - tau * tau) / (a + b + *r);
+    return a + b - *r;
+}
+
+/* The same and its derivatives. At the kink a = b = 0 any of the generalised derivatives will do; this
+   one treats both alike. */
 static ecp_real ecp_i_fb(ecp_real a, ecp_real b, ecp_real tau, ecp_real *da, ecp_real *db)
 {
-    ecp_real r = ecp_i_sqrt(a * a + b * b + 2 * tau * tau);
+    ecp_real r, value = ecp_i_fb_value(a, b, tau, &r);
     if (r == 0) {
         *da = *db = ECP_R(0.2928932188134524); /* 1 - 1 / sqrt(2) */
         return 0;
     }
     *da = 1 - a / r;
     *db = 1 - b / r;
-    /* a + b - r without cancellation where both are positive */
-    if (a > 0 && b > 0) return 2 * (a * b - tau * tau) / (a + b + r);
-    return a + b - r;
+    return value;
 }
 
 /* tangents o = N x direction normalised, t = o x N */
@@ -3600,7 +3608,7 @@ static void ecp_i_wrench(const ecp_i_pair *c, ecp_i_motion *m, const ecp_real r[
 /* The patch's rows of F, after ecp_i_pair_evaluate. */
 static void ecp_i_pair_residual(const ecp_i_pair *c, const ecp_real *y, ecp_real h, ecp_real *F)
 {
-    ecp_real da, db, local[3], shrink;
+    ecp_real r, local[3], shrink;
     int i, k, row = 0;
     ecp_i_mul_t(c->plane ? c->Qa : c->Qb, c->n, local);
     if (c->plane) {
@@ -3613,12 +3621,12 @@ static void ecp_i_pair_residual(const ecp_i_pair *c, const ecp_real *y, ecp_real
         for (k = 0; k < 3; k++) F[row++] = local[k];
     }
     for (i = 0; i < c->nl; i++) {
-        F[row++] = ecp_i_fb(y[3 + i], -c->fa[i] / c->L, c->tau, &da, &db);
+        F[row++] = ecp_i_fb_value(y[3 + i], -c->fa[i] / c->L, c->tau, &r);
     }
     for (i = 0; !c->plane && i < c->nm; i++) {
-        F[row++] = ecp_i_fb(y[ecp_i_at_m(c) + i], -c->fb[i] / c->L, c->tau, &da, &db);
+        F[row++] = ecp_i_fb_value(y[ecp_i_at_m(c) + i], -c->fb[i] / c->L, c->tau, &r);
     }
-    F[row++] = ecp_i_fb(c->p[0], c->d / (h * c->V), c->tau, &da, &db);
+    F[row++] = ecp_i_fb_value(c->p[0], c->d / (h * c->V), c->tau, &r);
     shrink = c->nf && c->z_norm > c->radius ? c->radius / c->outer : ECP_R(1);
     if (c->nf && c->tau > 0) shrink = c->radius / c->outer;
     for (k = 0; k < c->nf; k++) F[row++] = c->p[1 + k] - shrink * c->z[k];
@@ -5518,10 +5526,11 @@ static void ecp_i_carve_broad(ecp_i_arena *arena, int shapes, ecp_i_broad *b)
     b->boxes = (ecp_i_box *)ecp_i_take(arena, (size_t)shapes, sizeof(ecp_i_box));
     b->nodes = (ecp_i_box *)ecp_i_take(arena, 2 * (size_t)shapes, sizeof(ecp_i_box));
     b->code = (uint32_t *)ecp_i_take(arena, (size_t)shapes, sizeof(uint32_t));
-    b->leaf = ecp_i_take_ints(arena, shapes);
-    b->sorted = ecp_i_take_ints(arena, shapes);
-    b->planes = ecp_i_take_ints(arena, shapes);
-    b->hits = ecp_i_take_ints(arena, shapes);
+    b->leaf = ecp_i_take_ints(arena, 4 * shapes);
+    if (!b->leaf) return;
+    b->sorted = b->leaf + shapes;
+    b->planes = b->sorted + shapes;
+    b->hits = b->planes + shapes;
 }
 
 static void ecp_i_box_join(const ecp_i_box *a, const ecp_i_box *b, ecp_i_box *out)
@@ -5738,8 +5747,9 @@ typedef struct ecp_i_step {
     ecp_i_patch *records; /* the next list of patches, and its multipliers */
     ecp_real *multipliers;
     int *extra, extras; /* pairs of shapes that turned out to touch after all */
-    int *notes;        /* of each pair: its shapes, lower first, and its patch in the world or -1 */
-    int *bodies;       /* of an island */
+    int *notes;  /* of each pair: its shapes, lower first, and its patch in the world or -1 */
+    int *bodies; /* of an island */
+    ecp_i_broad broad;
     ecp_real *margins; /* of each primitive, ecp_i_margin */
     ecp_i_pair **members;
 } ecp_i_step;
@@ -5763,6 +5773,7 @@ static void ecp_i_carve_step(ecp_i_arena *arena, int bodies, int shapes, int pat
     s->motions = (ecp_i_motion *)ecp_i_take(arena, (size_t)bodies, sizeof(ecp_i_motion));
     s->bodies = ecp_i_take_ints(arena, bodies);
     s->margins = ecp_i_take_reals(arena, shapes, 1);
+    ecp_i_carve_broad(arena, shapes, &s->broad);
     s->extra = ecp_i_take_ints(arena, 2 * patches);
     s->notes = ecp_i_take_ints(arena, 3 * patches);
 }
@@ -5825,14 +5836,12 @@ static void ecp_i_carve_world(ecp_i_arena *arena, ecp_world *w)
     ecp_i_pair c;
     ecp_i_tree t;
     ecp_i_graph g;
-    ecp_i_broad broad;
     ecp_real *vectors[6];
     int i, most = ecp_i_most_unknowns(d);
     size_t reals = ecp_i_tree_reals(d);
     ecp_i_carve_state(arena, w);
     ecp_i_carve_step(arena, d->max_bodies, d->max_shapes, d->max_patches, &s);
     ecp_i_carve_patches(arena, d->max_patches, d->max_inequalities, &s);
-    ecp_i_carve_broad(arena, d->max_shapes, &broad);
     for (i = 0; i < d->max_patches; i++) {
         ecp_i_carve_pair(arena, d->max_inequalities, 2, &c);
         ecp_i_carve_block(arena, most, 2, &c);
@@ -5980,10 +5989,9 @@ static void ecp_i_pair_friction(ecp_i_pair *c)
     ecp_i_normalise(c->direction);
 }
 
-/* the primitives i < j as a patch; 0 if they never make one */
+/* the primitives i < j as a patch, zero before; 0 if they never make one */
 static int ecp_i_pair_setup(const ecp_i_step *s, int i, int j, ecp_i_pair *c)
 {
-    ECPSIM_MEMSET(c, 0, sizeof *c);
     if (!ecp_i_pair_bind(s, i, j, c)) return 0;
     c->nl = c->a->shape.inequalities;
     c->nm = c->plane ? 0 : c->b->shape.inequalities;
@@ -6046,37 +6054,33 @@ static ecp_status ecp_i_note_pair(ecp_i_step *s, int i, int j, int *next)
 static ecp_status ecp_i_find_pairs(ecp_i_step *s)
 {
     const ecp_i_part *parts = ecp_i_parts(s->w);
-    ecp_i_broad b;
+    ecp_i_broad *b = &s->broad;
     ecp_status status = ECP_OK;
-    size_t mark = s->arena.used;
     int i, k, found, next = 0, shapes = s->w->shapes;
-    ecp_i_carve_broad(&s->arena, shapes, &b);
     for (i = 0; i < shapes; i++) {
         const ecp_i_motion *m = s->motions + parts[i].body;
         if (parts[i].body == ECP_I_FREE) continue;
         s->margins[i] = ecp_i_margin(parts + i, m, s->h);
-        ecp_i_part_box(parts + i, m, 0, s->margins[i], b.boxes + i);
+        ecp_i_part_box(parts + i, m, 0, s->margins[i], b->boxes + i);
         /* a half-space that moves is left to ecp_i_near */
         if (parts[i].shape.kind == ECP_HALF_SPACE && m->body->kind == ECP_KINEMATIC) {
-            ecp_i_set3(0, 0, 0, b.boxes[i].lo);
-            b.boxes[i].hi[0] = 0;
+            ecp_i_set3(0, 0, 0, b->boxes[i].lo);
+            b->boxes[i].hi[0] = 0;
         }
     }
-    ecp_i_broad_build(&b, parts, shapes);
+    ecp_i_broad_build(b, parts, shapes);
     s->pair_count = 0;
     for (i = 0; i < shapes; i++) {
         if (parts[i].body == ECP_I_FREE) continue;
-        found = parts[i].shape.kind == ECP_HALF_SPACE
-                    ? ecp_i_broad_query_plane(&b, parts, shapes, i)
-                    : ecp_i_broad_query(&b, i, i);
+        found = parts[i].shape.kind == ECP_HALF_SPACE ? ecp_i_broad_query_plane(b, parts, shapes, i)
+                                                      : ecp_i_broad_query(b, i, i);
         for (k = 0; k < s->extras; k++) {
-            if (s->extra[2 * k] == i) found = ecp_i_insert_hit(b.hits, found, s->extra[2 * k + 1]);
+            if (s->extra[2 * k] == i) found = ecp_i_insert_hit(b->hits, found, s->extra[2 * k + 1]);
         }
         for (k = 0; k < found && status == ECP_OK; k++) {
-            status = ecp_i_note_pair(s, i, b.hits[k], &next);
+            status = ecp_i_note_pair(s, i, b->hits[k], &next);
         }
     }
-    s->arena.used = mark;
     if (status != ECP_OK) return status;
     ecp_i_carve_patches(&s->arena, s->pair_count, s->w->desc.max_inequalities, s);
     for (i = 0; i < s->pair_count; i++) {
@@ -6119,28 +6123,26 @@ static int ecp_i_strayed(const ecp_i_step *s, int i)
 static void ecp_i_find_touching(ecp_i_step *s)
 {
     const ecp_i_part *parts = ecp_i_parts(s->w);
-    ecp_i_broad b;
+    ecp_i_broad *b = &s->broad;
     ecp_i_pair c;
-    size_t mark = s->arena.used;
     int i, j, k, found, strayed = 0, shapes = s->w->shapes;
     for (i = 0; i < shapes && !strayed; i++) {
         if (parts[i].body == ECP_I_FREE) continue;
         strayed = ecp_i_strayed(s, i);
     }
     if (!strayed) return;
-    ecp_i_carve_broad(&s->arena, shapes, &b);
     for (i = 0; i < shapes; i++) {
         if (parts[i].body == ECP_I_FREE) continue;
-        ecp_i_part_box(parts + i, s->motions + parts[i].body, 1, 0, b.boxes + i);
+        ecp_i_part_box(parts + i, s->motions + parts[i].body, 1, 0, b->boxes + i);
     }
-    ecp_i_broad_build(&b, parts, shapes);
+    ecp_i_broad_build(b, parts, shapes);
     for (i = 0; i < shapes; i++) {
         if (parts[i].body == ECP_I_FREE || parts[i].shape.kind == ECP_HALF_SPACE) continue;
         if (!ecp_i_strayed(s, i)) continue;
-        found = ecp_i_broad_query(&b, i, -1);
+        found = ecp_i_broad_query(b, i, -1);
         for (k = 0; k < found; k++) {
-            int lo = i < b.hits[k] ? i : b.hits[k];
-            j = i + b.hits[k] - lo;
+            int lo = i < b->hits[k] ? i : b->hits[k];
+            j = i + b->hits[k] - lo;
             if (ecp_i_is_noted(s, lo, j) || ecp_i_is_extra(s, lo, j)) continue;
             if (!ecp_i_pair_bind(s, lo, j, &c) || !ecp_i_touching(&c)) continue;
             if (s->extras == s->w->desc.max_patches) continue;
@@ -6148,7 +6150,6 @@ static void ecp_i_find_touching(ecp_i_step *s)
             s->extra[2 * s->extras++ + 1] = j;
         }
     }
-    s->arena.used = mark;
 }
 
 /* pairs of primitives that could make a patch if they were near each other, without filters */
@@ -6529,7 +6530,7 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
     return 0;
 }
 
-/* the contact record of a patch at its last evaluation, and its separation */
+/* the contact record of a patch at its last evaluation, and its separation; the memory is zero before */
 static void ecp_i_record(const ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp_options *o,
                          ecp_i_patch *record, ecp_real *multipliers)
 {
@@ -6538,7 +6539,6 @@ static void ecp_i_record(const ecp_i_pair *c, const ecp_real *y, ecp_real h, con
     ecp_i_posed A, B;
     ecp_real unit[3], centre[3], at[3], w[3];
     int i;
-    ECPSIM_MEMSET(record, 0, sizeof *record);
     record->centred = o->rule == ECP_CENTRED;
     k->shape_a = c->shape_a;
     k->shape_b = c->shape_b;
@@ -6688,6 +6688,7 @@ static ecp_status ecp_i_solve_all(ecp_i_step *s)
     size_t mark = s->arena.used;
     int i, extras = -1;
     while (s->extras > extras) {
+        if (extras >= 0) ECPSIM_MEMSET(s->arena.base + mark, 0, s->arena.high - mark);
         extras = s->extras;
         s->arena.used = mark;
         s->r->unknowns = s->r->islands = 0;
@@ -6741,6 +6742,7 @@ static ecp_status ecp_i_commit(ecp_i_step *s)
     int i, k;
     for (i = 0; i < w->bodies; i++) {
         const ecp_i_motion *m = s->motions + i;
+        if (bodies[i].kind == ECP_STATIC || bodies[i].kind == ECP_I_FREE) continue;
         if (!ecp_i_all_finite(6, m->v) || !ecp_i_all_finite(3, m->dx) ||
             !ecp_i_all_finite(9, m->R)) {
             return ecp_i_fail(s->r, ECP_NOT_FINITE, i, -1, -1, m->v[0], 0);

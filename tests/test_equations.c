@@ -191,6 +191,7 @@ static void equations_build(equations_scene *k, ecp_real h)
     k->s.world = k->world;
     for (i = 0; i < ecp_world_body_count(k->world); i++) {
         ecp_i_motion *m = k->motions + i;
+        memset(m, 0, sizeof *m);
         ecp_i_predict(k->world, ecp_i_bodies(k->world) + i, h, m);
         if (!m->dynamic) continue;
         m->at = 6 * k->s.body_count;
@@ -200,6 +201,7 @@ static void equations_build(equations_scene *k, ecp_real h)
     for (i = 0; i < ecp_world_shape_count(k->world); i++) {
         for (j = i + 1; j < ecp_world_shape_count(k->world); j++) {
             ecp_i_pair candidate, *c = k->pairs + k->s.pair_count;
+            memset(&candidate, 0, sizeof candidate);
             if (!ecp_i_pair_setup(&step, i, j, &candidate)) continue;
             CHECK(k->s.pair_count < EQUATIONS_PAIRS);
             *c = candidate;

@@ -4367,7 +4367,8 @@ static int ecp_i_front_momentum(ecp_i_front *f, ecp_real *tau)
     for (i = 0; i < rows; i++) ecp_i_insert(f->rank_c, ld, f->R, ld, f->W + ld * (f->rank_b + i));
     scale = ecp_i_row_size(rows > 0 ? all - 1 : 0, S);
     for (i = 1; i < rows; i++) scale = ecp_i_max(scale, ecp_i_row_size(all - 1, S + ld * i));
-    f->rank_m = ecp_i_qr(rows, free, all, S, ld, tau, f->piv_m, ECP_I_SAME_FORCE, 0);
+    f->rank_m =
+        ecp_i_qr(rows, free, all, S, ld, tau, f->piv_m, 4 * ECP_I_EPSILON, ECP_I_SAME_FORCE);
     ecp_i_solve_rows(f->rank_m, all, S, ld);
     for (i = f->rank_m; i < rows; i++) {
         const ecp_real *row = S + ld * i + free;

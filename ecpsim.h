@@ -134,8 +134,8 @@
    LIMITS
    First order in h, like every time-stepping scheme of this kind; impacts do not bounce. Two thin bodies
    that pass each other entirely within one step are not seen. A cone's tip is a disc of 1e-5
-   of its size. With several contacts the impulses are one solution of many. The elimination is dense
-   over the bodies of an island: a handful of touching bodies, not yet hundreds.
+   of its size. With several contacts the impulses are one solution of many. Where a body turns far
+   within a step its gyroscopic moment is taken at the end of the step, not at the beginning.
 
    EQUATIONS
    docs/model.md derives them, docs/numerics.md the solver. Comments name the paper's LaTeX labels. */
@@ -512,9 +512,10 @@ typedef struct ecp_world_desc {
     size_t solver_bytes;  /* work memory for the elimination; 0: ecp_world_memsize() estimates it */
 } ecp_world_desc;
 
-/* 8 bodies, 32 shapes, 16 patches of up to 12 inequalities, gravity (0, 0, -9.8): 0.6 MB in double.
-   Most of it is work memory for Newton's method over all bodies at once, about 12 max_bodies
-   max_patches (8 + max_inequalities) reals; a table on a plane, described tightly, needs 50 kB. */
+/* 8 bodies, 32 shapes, 16 patches of up to 12 inequalities, gravity (0, 0, -9.8). Most of it is work
+   memory for the elimination. With solver_bytes = 0 it is enough for any scene of up to 8 bodies; for
+   more, each is taken to have 12 neighbours when it is eliminated. A step that needs more returns
+   ECP_CAPACITY with the bytes of the whole block that it wanted in ecp_report.value. */
 ECP_DEF ecp_world_desc ecp_world_desc_default(void);
 
 /* The bytes that ecp_world_init needs for this description, or 0 if it is out of range. */

@@ -3828,7 +3828,10 @@ static void ecp_i_hessian(const ecp_shape *s, const ecp_real x[3], const ecp_rea
        [ C  0 ] [ dx ] = [ c ]                                                             */
 
 /* unknowns of geometry move ECPs, those of impulse do not: the least step counts them differently */
-enum { ECP_I_GEOMETRY = 1, ECP_I_IMPULSE = 2 };
+enum { ECP_I_GEOMETRY = 1, ECP_I_IMPULSE = 2, ECP_I_LAST = 4 };
+
+/* what is not larger is rounding error, and no pivot */
+#define ECP_I_NO_PIVOT (256 * ECP_I_EPSILON)
 
 /* how much dearer moving an ECP by L is than changing an impulse by its unit */
 #define ECP_I_ECP_WEIGHT ECP_R(100.0)
@@ -4011,7 +4014,29 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
     for (k = 0; k <= c->nf; k++) rhs[c->columns * row++] -= F[ecp_i_at_p(c) + k];
 }
 
-/* geometry by geometry, impulses by impulses, and then what is left of either by the other */
+/* Of what is left, the columns in which even a small pivot is one to take, as hardly a force depends
+   on them that could make up for the row: a vertex near a vertex, for one, where the normal is fixed
+   by d n alone, and d is small. */
+static void ecp_i_block_slack(ecp_i_pair *c)
+{
+    int i, j, rows = c->columns - 1;
+    for (j = c->pivots; j < c->ny; j++) {
+        ecp_real most = 0, force = 0;
+        for (i = c->pivots; i < rows; i++) {
+            ecp_real size = ecp_i_abs(c->block[c->columns * i + j]);
+            if (i < c->ny)
+                most = ecp_i_max(most, size);
+            else
+                force = ecp_i_max(force, size);
+        }
+        c->row_tag[j] |= ECP_I_LAST;
+        c->col_tag[j] &= ~ECP_I_LAST;
+        if (force <= most) c->col_tag[j] |= ECP_I_LAST;
+    }
+}
+
+/* geometry by geometry, impulses by impulses, then what is left of either by the other, and last the
+   small ones */
 static void ecp_i_block_eliminate(ecp_i_pair *c)
 {
     static const int masks[3] = {ECP_I_GEOMETRY, ECP_I_IMPULSE, ECP_I_GEOMETRY | ECP_I_IMPULSE};
@@ -4026,6 +4051,13 @@ static void ecp_i_block_eliminate(ecp_i_pair *c)
         c->pivots = ecp_eliminate(c->block, c->columns, rows, c->columns, c->ny, c->ny, c->pivots,
                                   masks[stage], tolerance, c->row_tag, c->col_tag, c->row_order,
                                   c->col_order);
+    }
+    for (i = -1; c->pivots < c->ny && c->pivots > i;) {
+        i = c->pivots;
+        ecp_i_block_slack(c);
+        c->pivots =
+            ecp_eliminate(c->block, c->columns, rows, c->columns, c->ny, c->ny, i, ECP_I_LAST,
+                          ECP_I_NO_PIVOT, c->row_tag, c->col_tag, c->row_order, c->col_order);
     }
 }
 
@@ -4477,7 +4509,7 @@ static void ecp_i_front_extend(const ecp_i_tree *t, ecp_i_front *f, const ecp_i_
 /* the patch's unknown that is passed on as force i: what a unit of it costs in the least step */
 static ecp_real ecp_i_force_weight(const ecp_i_pair *c, int i)
 {
-    return c->col_tag[c->pivots + i] == ECP_I_GEOMETRY ? ECP_I_ECP_WEIGHT : ECP_R(1);
+    return c->col_tag[c->pivots + i] & ECP_I_GEOMETRY ? ECP_I_ECP_WEIGHT : ECP_R(1);
 }
 
 /* Adds a patch's eliminated block: what is left of its own rows (constraints, their largest
@@ -4495,7 +4527,7 @@ static void ecp_i_front_patch(const ecp_i_tree *t, ecp_i_front *f, const ecp_i_p
     for (i = 0; i < left; i++) {
         int row = c->pivots + i;
         ecp_real size = ecp_i_row_size(ld - 1 - c->ny, A + ld * row + c->ny);
-        ecp_real unit = c->row_tag[row] == ECP_I_GEOMETRY ? t->h * c->V / c->L : ECP_R(1);
+        ecp_real unit = c->row_tag[row] & ECP_I_GEOMETRY ? t->h * c->V / c->L : ECP_R(1);
         if (size <= ECP_I_NO_CONSTRAINT * ecp_i_min(unit, 1)) size = 0;
         ecp_real *C = f->C + ldc * (constraints + i), *Bt = f->Bt + ldb * (forces + i);
         for (side = 0; side < 2; side++) {
@@ -4871,7 +4903,7 @@ typedef struct ecp_i_problem {
     ecp_real (*residual)(void *self, const ecp_real *z, ecp_real tau, ecp_real *F);
     /* the Newton step at the z of the last residual; 0: none */
     int (*step)(void *self, const ecp_real *z, const ecp_real *F, ecp_real *dz);
-    /* the k-th start (0: warm, 1: geometric, then disturbed ones); 0: no more */
+    /* the k-th start (0: warm, 1 and 2: geometric, then disturbed ones); 0: no more */
     int (*start)(void *self, int k, ecp_real *z);
     /* betters a z at which Newton has stalled, or NULL */
     void (*repair)(void *self, ecp_real *z);
@@ -4989,7 +5021,7 @@ static int ecp_i_continue(const ecp_i_problem *p, ecp_real tolerance, int limit,
     return ecp_i_newton(p, 0, tolerance, limit, 0, z, effort);
 }
 
-#define ECP_I_START_AT_REST 3
+#define ECP_I_START_AT_REST 4
 
 /* Lets the load grow from nothing, in steps that double where Newton follows and shrink where it does
    not. */
@@ -5023,10 +5055,10 @@ static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *options, ecp_r
 {
     int k, limit = options->max_iterations;
     for (k = 0; p->start(p->self, k, z); k++) {
-        if (k == 1 && !(options->fallbacks & ECP_FALLBACK_GEOMETRIC)) continue;
-        if (k > 1 && !(options->fallbacks & ECP_FALLBACK_MULTISTART)) break;
-        if (k == 1) effort->fallbacks |= ECP_FALLBACK_GEOMETRIC;
-        if (k > 1) effort->fallbacks |= ECP_FALLBACK_MULTISTART;
+        if (k > 0 && k < 3 && !(options->fallbacks & ECP_FALLBACK_GEOMETRIC)) continue;
+        if (k > 2 && !(options->fallbacks & ECP_FALLBACK_MULTISTART)) break;
+        if (k == 1 || k == 2) effort->fallbacks |= ECP_FALLBACK_GEOMETRIC;
+        if (k > 2) effort->fallbacks |= ECP_FALLBACK_MULTISTART;
         if (ecp_i_newton(p, k == 0, options->tolerance, limit, 0, z, effort)) return 1;
         if (p->repair && (options->fallbacks & ECP_FALLBACK_GEOMETRIC)) {
             effort->fallbacks |= ECP_FALLBACK_GEOMETRIC;
@@ -5036,7 +5068,7 @@ static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *options, ecp_r
         if (k == 0 || !(options->fallbacks & ECP_FALLBACK_CONTINUATION)) continue;
         p->start(p->self, k, z);
         if (ecp_i_continue(p, options->tolerance, limit, z, effort)) return 1;
-        if (k > 1 || !p->load || !(options->fallbacks & ECP_FALLBACK_LOAD)) continue;
+        if (k != 2 || !p->load || !(options->fallbacks & ECP_FALLBACK_LOAD)) continue;
         if (ecp_i_ramp(p, options->tolerance, limit, z, effort)) return 1;
     }
     return 0;
@@ -5463,10 +5495,14 @@ static ecp_real ecp_i_start_load(const ecp_i_pair *c, const ecp_real n[3], ecp_r
     return ecp_i_max(p, ecp_i_min(weight, weight - gap));
 }
 
+#define ECP_I_FLAT ECP_R(1e-7)
+
 /* A geometric start at the present trial motion: support points, or nearest points, their
    normal-cone multipliers, and p_n on where the gap is negative. `guess`: an ECP (frame of A) to
-   prefer, or NULL. */
-static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *guess, ecp_real *y)
+   prefer, or NULL. flat: faces and edges inclined to a half-space by no more than this count as
+   parallel to it. */
+static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *guess, ecp_real flat,
+                                  ecp_real *y)
 {
     ecp_i_posed A, B;
     ecp_real a[3], b[3], n[3], local[3], world_a[3], gap, reach;
@@ -5475,7 +5511,7 @@ static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *gue
     ecp_i_pose(c, 0, 1, &A);
     ecp_i_pose(c, 1, 1, &B);
     if (c->plane) {
-        gap = ecp_i_plane_gap(&A, &B, ECP_R(1e-7), n, world_a);
+        gap = ecp_i_plane_gap(&A, &B, flat, n, world_a);
         ecp_i_sub(world_a, A.x, local);
         ecp_i_mul_t(A.Q, local, a);
     } else {
@@ -5505,6 +5541,317 @@ static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *gue
     gap /= h * c->V;
     y[ecp_i_at_p(c)] = ecp_i_start_load(c, n, gap);
 }
+/* >>spots: a start from several points a patch. The patch at a trial pose is sampled at the points
+   that are nearest when A is tilted a little to one of four sides, and at the nearest ones; with the
+   geometry of these points as it is there, impulses and velocities by Gauss-Seidel sweeps (the normal
+   impulse of each point, then its friction); then the points at the pose that this leads to, again. What
+   engines do in place of the step is good enough to tell which patches carry, where, and which
+   slide. */
+
+#define ECP_I_SPOTS 5
+#define ECP_I_TILT ECP_R(0.02)
+#define ECP_I_ROUNDS 4
+#define ECP_I_SWEEPS 60
+
+typedef struct ecp_i_spot {
+    ecp_real a[3], b[3];   /* in the frames of the primitives */
+    ecp_real ra[3], rb[3]; /* from the centres of mass, world */
+    ecp_real gap;          /* over h, less what the trial motion closed of it */
+    ecp_real W, rho;       /* velocity per impulse along the normal, and a bound of it across */
+    ecp_real p[4];         /* p_n, p_t / e_t, p_o / e_o, p_r / e_r */
+} ecp_i_spot;
+
+static ecp_i_spot *ecp_i_spots(const ecp_i_pair *c) { return (ecp_i_spot *)(void *)c->block; }
+
+/* turns Q by the small rotation r */
+static void ecp_i_tilt(const ecp_real r[3], ecp_real Q[9])
+{
+    ecp_real T[9], J[9], turned[9];
+    int k;
+    ecp_i_cayley(r, 1, T, J);
+    ecp_i_matmul(T, Q, turned);
+    for (k = 0; k < 9; k++) Q[k] += turned[k];
+}
+
+/* the points a and b that are nearest with A tilted to the side `side` of its normal n; 0 if it
+   overlaps so */
+static int ecp_i_tilted_nearest(const ecp_i_pair *c, const ecp_real n[3], const ecp_real side[3],
+                                ecp_real a[3], ecp_real b[3])
+{
+    ecp_i_posed A, B;
+    ecp_real tilt[3], x[3], normal[3];
+    int at_end;
+    for (at_end = 1; at_end >= 0; at_end--) {
+        ecp_i_pose(c, 0, at_end, &A);
+        ecp_i_pose(c, 1, at_end, &B);
+        ecp_i_cross(side, n, tilt);
+        ecp_i_scale(ECP_I_TILT, tilt, tilt);
+        ecp_i_tilt(tilt, A.Q);
+        ecp_i_axpy(A.x, -2 * ECP_I_TILT * ecp_i_min(A.shape->radius, B.shape->radius), n, A.x);
+        if (!(ecp_i_distance(&A, &B, x, b, normal) > 0)) continue;
+        ecp_i_sub(x, A.x, x);
+        ecp_i_mul_t(A.Q, x, a);
+        ecp_i_sub(b, B.x, x);
+        ecp_i_mul_t(B.Q, x, b);
+        return 1;
+    }
+    return 0;
+}
+
+/* velocity change of a body by the impulse f at r from its centre of mass, and a torsion about N */
+static void ecp_i_wrench_velocity(const ecp_i_motion *m, const ecp_real f[3], const ecp_real r[3],
+                                  ecp_real torsion, const ecp_real N[3], ecp_real dv[6])
+{
+    ecp_real wrench[6];
+    ecp_i_copy3(f, wrench);
+    ecp_i_scale(torsion, N, wrench + 3);
+    ecp_i_add_cross(r, f, wrench + 3);
+    ecp_i_velocity_change(m, wrench, dv);
+}
+
+/* the velocities (in m->residual) after an impulse f on A at the spot, and a torsion */
+static void ecp_i_spot_push(const ecp_i_pair *c, const ecp_i_spot *k, const ecp_real f[3],
+                            ecp_real torsion)
+{
+    ecp_real dv[6];
+    int i;
+    if (c->ma->dynamic) {
+        ecp_i_wrench_velocity(c->ma, f, k->ra, torsion, c->N, dv);
+        for (i = 0; i < 6; i++) c->ma->residual[i] += dv[i];
+    }
+    if (c->mb->dynamic) {
+        ecp_i_wrench_velocity(c->mb, f, k->rb, torsion, c->N, dv);
+        for (i = 0; i < 6; i++) c->mb->residual[i] -= dv[i];
+    }
+}
+
+/* of A relative to B at the spot, for velocities va, vb */
+static void ecp_i_spot_velocity(const ecp_i_spot *k, const ecp_real va[6], const ecp_real vb[6],
+                                ecp_real u[3])
+{
+    ecp_real carried[3];
+    ecp_i_sub(va, vb, u);
+    ecp_i_add_cross(va + 3, k->ra, u);
+    ecp_i_cross(k->rb, vb + 3, carried);
+    ecp_i_axpy(u, 1, carried, u);
+}
+
+/* velocity along dir at the spot for a unit impulse along it */
+static ecp_real ecp_i_spot_admittance(const ecp_i_pair *c, const ecp_i_spot *k,
+                                      const ecp_real dir[3], ecp_real torsion)
+{
+    ecp_real dv[6], none[6] = {0, 0, 0, 0, 0, 0}, u[3], sum = 0;
+    if (c->ma->dynamic) {
+        ecp_i_wrench_velocity(c->ma, dir, k->ra, torsion, c->N, dv);
+        ecp_i_spot_velocity(k, dv, none, u);
+        sum += torsion > 0 ? ecp_i_dot(dv + 3, c->N) : ecp_i_dot(u, dir);
+    }
+    if (c->mb->dynamic) {
+        ecp_i_wrench_velocity(c->mb, dir, k->rb, torsion, c->N, dv);
+        ecp_i_spot_velocity(k, none, dv, u);
+        sum -= torsion > 0 ? -ecp_i_dot(dv + 3, c->N) : ecp_i_dot(u, dir);
+    }
+    return sum;
+}
+
+/* the spots of a patch at the trial pose; impulses stay */
+static void ecp_i_spots_find(ecp_i_pair *c, ecp_real h)
+{
+    static const ecp_real none[3] = {0, 0, 0};
+    ecp_i_spot *spots = ecp_i_spots(c);
+    ecp_i_posed A, B;
+    ecp_real n[3], at[3], side[3], u[3], local[3];
+    int i, k;
+    ecp_i_pose(c, 0, 1, &A);
+    ecp_i_pose(c, 1, 1, &B);
+    if (c->plane)
+        ecp_i_plane_gap(&A, &B, 0, n, at);
+    else
+        ecp_i_pair_nearest(c, 1, spots[0].a, spots[0].b, n);
+    ecp_i_scale(-1, n, c->N);
+    ecp_i_tangents(c);
+    for (i = 0; i < ECP_I_SPOTS; i++) {
+        ecp_i_spot *s = spots + i;
+        ecp_i_scale(i & 1 ? ECP_R(1) : ECP_R(-1), c->t, side);
+        ecp_i_axpy(side, i & 2 ? ECP_R(1) : ECP_R(-1), c->o, side);
+        if (c->plane) {
+            ecp_i_axpy(n, i ? ECP_I_TILT : ECP_R(0), side, local);
+            ecp_i_farthest(&A, local, 0, at);
+            ecp_i_sub(at, A.x, local);
+            ecp_i_mul_t(A.Q, local, s->a);
+        } else {
+            if (i > 0 && !ecp_i_tilted_nearest(c, n, side, s->a, s->b)) {
+                ecp_i_copy3(spots[0].a, s->a);
+                ecp_i_copy3(spots[0].b, s->b);
+            }
+            ecp_i_mul(A.Q, s->a, at);
+            ecp_i_axpy(at, 1, A.x, at);
+        }
+        ecp_i_sub(at, c->ma->dx, s->ra);
+        ecp_i_axpy(at, 1, c->offset, s->rb);
+        ecp_i_sub(s->rb, c->mb->dx, s->rb);
+        if (c->plane) {
+            ecp_i_sub(at, B.x, local);
+            s->gap = ecp_i_dot(c->N, local) - B.shape->size[3];
+        } else {
+            ecp_i_mul(B.Q, s->b, local);
+            ecp_i_axpy(local, 1, B.x, local);
+            ecp_i_sub(at, local, local);
+            s->gap = ecp_i_dot(c->N, local);
+        }
+        ecp_i_spot_velocity(s, c->ma->v, c->mb->v, u);
+        s->gap = s->gap / h - ecp_i_dot(c->N, u);
+        s->W = ecp_i_spot_admittance(c, s, c->N, 0);
+        s->rho = 0;
+        for (k = 0; k < c->nf; k++) {
+            ecp_real W = ecp_i_spot_admittance(c, s, k == 0 ? c->t : k == 1 ? c->o : none, k > 1);
+            s->rho = ecp_i_max(s->rho, c->e[k] * c->e[k] * W);
+        }
+    }
+}
+
+/* one visit of a spot: its normal impulse, then its friction */
+static void ecp_i_spot_relax(const ecp_i_pair *c, ecp_i_spot *k)
+{
+    ecp_real u[3], spin[3], f[3], y[3] = {0, 0, 0}, w[3], p, size = 0, limit;
+    int i;
+    ecp_i_spot_velocity(k, c->ma->residual, c->mb->residual, u);
+    p = ecp_i_max(0, k->p[0] - (ecp_i_dot(c->N, u) + k->gap) / k->W);
+    ecp_i_scale(p - k->p[0], c->N, f);
+    k->p[0] = p;
+    ecp_i_spot_push(c, k, f, 0);
+    if (c->nf == 0) return;
+    ecp_i_spot_velocity(k, c->ma->residual, c->mb->residual, u);
+    ecp_i_sub(c->ma->residual + 3, c->mb->residual + 3, spin);
+    w[0] = c->e[0] * ecp_i_dot(c->t, u);
+    w[1] = c->e[1] * ecp_i_dot(c->o, u);
+    w[2] = c->e[2] * ecp_i_dot(c->N, spin);
+    for (i = 0; i < c->nf; i++) {
+        y[i] = k->p[1 + i] - w[i] / k->rho;
+        size += y[i] * y[i];
+    }
+    size = ecp_i_sqrt(size);
+    limit = c->mu * p;
+    for (i = 0; i < c->nf; i++) {
+        if (size > limit) y[i] *= limit / size;
+        w[i] = c->e[i] * (y[i] - k->p[1 + i]);
+        k->p[1 + i] = y[i];
+    }
+    ecp_i_scale(w[0], c->t, f);
+    ecp_i_axpy(f, w[1], c->o, f);
+    ecp_i_spot_push(c, k, f, c->nf == 3 ? w[2] : ECP_R(0));
+}
+
+/* the patch's unknowns from its spots: the ECP is where their normal forces act together */
+static void ecp_i_spots_gather(ecp_i_pair *c, ecp_real h, ecp_real *y)
+{
+    const ecp_i_spot *spots = ecp_i_spots(c);
+    ecp_i_posed A, B;
+    ecp_real a[3] = {0, 0, 0}, b[3] = {0, 0, 0}, ra[3] = {0, 0, 0}, p[4] = {0, 0, 0, 0}, n[3], f[3];
+    ecp_real arm[3], moment[3] = {0, 0, 0}, local[3];
+    int i, k;
+    for (i = 0; i < ECP_I_SPOTS; i++) {
+        for (k = 0; k < 4; k++) p[k] += spots[i].p[k];
+        ecp_i_axpy(a, spots[i].p[0], spots[i].a, a);
+        ecp_i_axpy(b, spots[i].p[0], spots[i].b, b);
+        ecp_i_axpy(ra, spots[i].p[0], spots[i].ra, ra);
+    }
+    if (!(p[0] > 0)) {
+        ecp_i_start_geometric(c, h, NULL, 0, y);
+        y[ecp_i_at_p(c)] = 0;
+        return;
+    }
+    ecp_i_scale(1 / p[0], a, a);
+    ecp_i_scale(1 / p[0], b, b);
+    ecp_i_scale(1 / p[0], ra, ra);
+    for (i = 0; i < ECP_I_SPOTS && c->nf == 3; i++) {
+        ecp_i_scale(c->e[0] * spots[i].p[1], c->t, f);
+        ecp_i_axpy(f, c->e[1] * spots[i].p[2], c->o, f);
+        ecp_i_sub(spots[i].ra, ra, arm);
+        ecp_i_add_cross(arm, f, moment);
+    }
+    if (c->nf == 3) p[3] += ecp_i_dot(moment, c->N) / c->e[2];
+    for (i = 0; i < c->count; i++) y[i] = 0;
+    ecp_i_scale(1 / c->L, a, y);
+    for (k = 0; k <= c->nf; k++) y[ecp_i_at_p(c) + k] = p[k] / c->P;
+    ecp_i_scale(-1, c->N, n);
+    ecp_i_pose(c, 0, 1, &A);
+    ecp_i_pose(c, 1, 1, &B);
+    ecp_i_mul_t(A.Q, n, local);
+    ecp_i_pair_place(c, a);
+    ecp_i_cone_multipliers(c->nl, c->fa, c->ga, local, ECP_R(1e-3) * c->a->shape.radius, y + 3);
+    if (c->plane) return;
+    ecp_i_mul_t(B.Q, c->N, local);
+    c->b->shape.cls->eval(&c->b->shape, b, c->fb, c->gb);
+    ecp_i_cone_multipliers(c->nm, c->fb, c->gb, local, ECP_R(1e-3) * c->b->shape.radius,
+                           y + ecp_i_at_m(c));
+}
+
+/* the velocities (in m->residual) with the impulses of all spots */
+static void ecp_i_spots_apply(const ecp_i_pair *c)
+{
+    const ecp_i_spot *spots = ecp_i_spots(c);
+    ecp_real f[3];
+    int i;
+    for (i = 0; i < ECP_I_SPOTS; i++) {
+        const ecp_real *p = spots[i].p;
+        ecp_i_scale(p[0], c->N, f);
+        if (c->nf > 0) {
+            ecp_i_axpy(f, c->e[0] * p[1], c->t, f);
+            ecp_i_axpy(f, c->e[1] * p[2], c->o, f);
+        }
+        ecp_i_spot_push(c, spots + i, f, c->nf == 3 ? c->e[2] * p[3] : ECP_R(0));
+    }
+}
+
+/* spots at the present poses, and where their impulses move the bodies */
+static void ecp_i_spots_round(ecp_i_island *s, ecp_real *z)
+{
+    ecp_real dv[6];
+    int i, j, k, sweep;
+    for (i = 0; i < s->body_count; i++) {
+        ecp_i_motion *m = s->motions + s->bodies[i];
+        for (j = 0; j < 6; j++) m->residual[j] = m->body->v[j] + m->body->v_carry[j] + m->free[j];
+    }
+    for (i = 0; i < s->pair_count; i++) {
+        ecp_i_pair *c = s->pairs[i];
+        if (!c->ma->dynamic) ECPSIM_MEMCPY(c->ma->residual, c->ma->v, sizeof c->ma->v);
+        if (!c->mb->dynamic) ECPSIM_MEMCPY(c->mb->residual, c->mb->v, sizeof c->mb->v);
+        ecp_i_spots_find(c, s->h);
+        ecp_i_spots_apply(c);
+    }
+    for (sweep = 0; sweep < ECP_I_SWEEPS; sweep++) {
+        for (i = 0; i < s->pair_count; i++) {
+            const ecp_i_pair *c = s->pairs[sweep & 1 ? s->pair_count - 1 - i : i];
+            for (k = 0; k < ECP_I_SPOTS; k++) ecp_i_spot_relax(c, ecp_i_spots(c) + k);
+        }
+    }
+    for (i = 0; i < s->body_count; i++) {
+        ecp_i_motion *m = s->motions + s->bodies[i];
+        for (j = 0; j < 6; j++) {
+            dv[j] = m->residual[j] - m->body->v[j] - m->body->v_carry[j];
+            z[6 * i + j] = dv[j] / (j < 3 ? m->speed : m->speed / m->length);
+        }
+        ecp_i_move(m, s->h, dv);
+    }
+}
+
+/* the start itself, from the geometric one; 0 without memory */
+static int ecp_i_start_spots(ecp_i_island *s, ecp_real *z)
+{
+    int i, round;
+    if (!s->tree.fronts) ecp_i_island_carve(s);
+    if (s->arena->overflow) return 0;
+    for (i = 0; i < s->pair_count; i++) {
+        ECPSIM_MEMSET(ecp_i_spots(s->pairs[i]), 0, ECP_I_SPOTS * sizeof(ecp_i_spot));
+    }
+    for (round = 0; round < ECP_I_ROUNDS; round++) ecp_i_spots_round(s, z);
+    for (i = 0; i < s->pair_count; i++) {
+        ecp_i_spots_gather(s->pairs[i], s->h, z + s->pairs[i]->at);
+    }
+    return 1;
+}
+
 /* >>broad: which primitives can come near each other within the step */
 
 /* Bounds of primitives at one time, and of where the free motion takes them from there. Two can meet
@@ -6373,8 +6720,8 @@ static void ecp_i_aside(const ecp_i_pair *c, int k, ecp_real a[3])
     c->a->shape.cls->support(&c->a->shape, local, 0, a);
 }
 
-/* Start k: the patches warm (0), geometric (1), geometric for the pose that a part of the free motion
-   leads to (2 to 5), or geometric with the ECPs to one side (6 to 9). The warm start's velocities
+/* Start k: the patches warm (0), geometric (1), from several points each (2), geometric for the pose
+   that a part of the free motion leads to (3 to 6), or geometric with the ECPs to one side (7 to 10). The warm start's velocities
    balance its impulses (a patch without a history knows its load but not where it acts, and gets no
    moment); those that are nothing but the rounding of that balance are zero instead, or they would
    add up to a drift. */
@@ -6382,14 +6729,14 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
 {
     static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)}, none[3] = {0, 0, 0};
     ecp_i_island *s = (ecp_i_island *)self;
-    ecp_real aside[3], dv[6], noise, part = k < 2 || k > 5 ? ECP_R(1) : parts[k - 2];
+    ecp_real aside[3], dv[6], noise, part = k < 3 || k > 6 ? ECP_R(1) : parts[k - 3];
     int i, j;
-    if (k > 9) return 0;
+    if (k > 10) return 0;
     for (i = 0; i < s->body_count; i++) {
         ecp_i_motion *m = s->motions + s->bodies[i];
         for (j = 0; j < 6; j++) {
             dv[j] = part * (m->body->v[j] + m->free[j]) - m->body->v[j];
-            if (k < 2 || k > 5) dv[j] = m->free[j];
+            if (k < 3 || k > 6) dv[j] = m->free[j];
             z[6 * i + j] = dv[j] / (j < 3 ? m->speed : m->speed / m->length);
             m->residual[j] = 0;
         }
@@ -6406,13 +6753,13 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
             ecp_i_start_warm(s, c, z + c->at);
         else
             ecp_i_start_geometric(c, s->h, old && (k == 0 || s->nearest) ? old->a : NULL,
-                                  z + c->at);
+                                  ECP_I_FLAT, z + c->at);
         ecp_i_pair_geometry(c, z + c->at, s->h);
         ecp_i_set_direction(c);
         ecp_i_tangents(c);
-        if (k > 5) {
+        if (k > 6) {
             ecp_i_aside(c, k, aside);
-            ecp_i_start_geometric(c, s->h, aside, z + c->at);
+            ecp_i_start_geometric(c, s->h, aside, ECP_I_FLAT, z + c->at);
             ecp_i_pair_geometry(c, z + c->at, s->h);
             ecp_i_tangents(c);
         }
@@ -6422,6 +6769,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         if (c->ma->dynamic) ecp_i_wrench(c, c->ma, warm ? c->ra : none, 1);
         if (c->mb->dynamic) ecp_i_wrench(c, c->mb, warm ? c->rb : none, -1);
     }
+    if (k == 2) return ecp_i_start_spots(s, z);
     for (i = 0; k == 0 && i < s->body_count; i++) {
         const ecp_i_motion *m = s->motions + s->bodies[i];
         ecp_i_velocity_change(m, m->residual, dv);
@@ -6455,7 +6803,7 @@ static void ecp_i_island_repair(void *self, ecp_real *z)
         ecp_real *p = z + c->at + ecp_i_at_p(c);
         for (k = 0; k <= c->nf; k++) impulses[k] = p[k];
         ecp_i_scale(c->L, z + c->at, a);
-        ecp_i_start_geometric(c, s->h, s->nearest ? a : NULL, z + c->at);
+        ecp_i_start_geometric(c, s->h, s->nearest ? a : NULL, ECP_I_FLAT, z + c->at);
         for (k = 0; k <= c->nf; k++) p[k] = impulses[k];
     }
 }

@@ -4169,6 +4169,7 @@ typedef struct ecp_i_front {
 } ecp_i_front;
 
 typedef struct ecp_i_tree {
+    ecp_real same;       /* relative difference below which constraints count as one */
     ecp_i_front *fronts; /* in the order of elimination, children before parents */
     int *slot;           /* of each body: its columns in the present front */
     int *ints;           /* widest front */
@@ -4306,6 +4307,15 @@ static void ecp_i_postorder(int n, const ecp_i_graph *g, ecp_i_front *fronts)
    forces of 1 / (h w) times the load, and Newton's step is lost. */
 #define ECP_I_SAME_CONSTRAINT ECP_R(1e-4)
 
+/* But where Newton has come so close that nothing is lost by it, they count as two if they must: no
+   step gets beyond a residual that only such a difference could mend. stalled: that residual, or 0. */
+static ecp_real ecp_i_same_constraint(ecp_real stalled)
+{
+    ecp_real least = ecp_i_sqrt(ECP_I_EPSILON) / 100;
+    if (!(stalled > 0)) return ECP_I_SAME_CONSTRAINT;
+    return ecp_i_min(ECP_I_SAME_CONSTRAINT, ecp_i_max(least, 100 * stalled));
+}
+
 /* a patch's row whose velocities count less than this, in the units of such rows, constrains nothing */
 #define ECP_I_NO_CONSTRAINT ECP_R(1e-9)
 
@@ -4358,11 +4368,10 @@ static void ecp_i_insert(int rank, int all, const ecp_real *A, int ld, ecp_real 
 
 /* Constraints: the first rank_c velocities (in the order of piv_c) from the others. What is left of
    the constraints stays in C from row rank_c on. */
-static void ecp_i_front_constrain(ecp_i_front *f, ecp_real *tau)
+static void ecp_i_front_constrain(const ecp_i_tree *t, ecp_i_front *f, ecp_real *tau)
 {
     int ld = 7 + f->width, i, j;
-    f->rank_c = ecp_i_qr(f->constraints, 6, ld, f->C, ld, tau, f->piv_c, ECP_I_SAME_CONSTRAINT,
-                         ECP_I_SAME_CONSTRAINT);
+    f->rank_c = ecp_i_qr(f->constraints, 6, ld, f->C, ld, tau, f->piv_c, t->same, t->same);
     for (i = 0; i < f->rank_c; i++) {
         for (j = 0; j < ld; j++) f->R[ld * i + j] = f->C[ld * i + j];
     }
@@ -4462,14 +4471,13 @@ static ecp_real ecp_i_row_value(int n, const ecp_real *row, const ecp_real *x)
 }
 
 /* What the parent gets, as few rows as have the same effect: C and c (left_c rows), B^T (left_b
-   rows), and the others' momentum. left: rows of C to pass; piv: scratch for the others' columns. */
-static void ecp_i_front_pass(ecp_i_front *f, int left, ecp_real *tau, int *piv)
+   rows), and the others' momentum. left: rows of C to pass. */
+static void ecp_i_front_pass(const ecp_i_tree *t, ecp_i_front *f, int left)
 {
-    int n = f->width, ld = 7 + n, ldb = 6 + n, i, j;
+    int n = f->width, ld = 7 + n, ldb = 6 + n, *piv = t->ints, i, j;
     ecp_real *C = f->C + ld * f->rank_c + 6, *B = f->Bt + ldb * f->rank_b + 6, *to = f->pass;
-    ecp_real acts = f->rank_b > 0 ? ecp_i_abs(f->Bt[0]) : ECP_R(0);
-    f->left_c =
-        ecp_i_qr(left, n, n + 1, C, ld, tau, piv, ECP_I_SAME_CONSTRAINT, ECP_I_SAME_CONSTRAINT);
+    ecp_real *tau = t->u, acts = f->rank_b > 0 ? ecp_i_abs(f->Bt[0]) : ECP_R(0);
+    f->left_c = ecp_i_qr(left, n, n + 1, C, ld, tau, piv, t->same, t->same);
     for (i = 0; i < f->left_c; i++, to += n + 1) {
         for (j = 0; j < n; j++) to[piv[j]] = j >= i ? C[ld * i + j] : ECP_R(0);
         to[n] = C[ld * i + n];
@@ -4628,13 +4636,13 @@ static int ecp_i_front_factor(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fro
         constraints += child->left_c;
         forces += child->left_b;
     }
-    ecp_i_front_constrain(f, tau);
+    ecp_i_front_constrain(t, f, tau);
     ecp_i_front_balance(f);
     left = ecp_i_front_momentum(f, tau);
     if (f->open > 0) ecp_i_front_open(f, tau);
     f->pass = ecp_i_take_stack(arena, ecp_i_pass_size(f, left), 1);
     if (arena->overflow) return 0;
-    ecp_i_front_pass(f, left, t->u, t->ints);
+    ecp_i_front_pass(t, f, left);
     ecp_i_front_settle(arena, f);
     return !arena->overflow;
 }
@@ -4868,7 +4876,8 @@ static void ecp_i_island_carve(ecp_i_island *s)
 
 /* The Newton step at the point of the last residual. Returns 0 if it is not finite, or if the memory
    does not suffice. */
-static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, ecp_real *dz)
+static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, ecp_real stalled,
+                             ecp_real *dz)
 {
     ecp_i_island *s = (ecp_i_island *)self;
     ecp_i_tree *t = &s->tree;
@@ -4881,6 +4890,7 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
         ecp_i_block_eliminate(c);
     }
     for (i = 0; i < n; i++) dz[i] = -F[i];
+    t->same = ecp_i_same_constraint(stalled);
     if (!ecp_i_tree_solve(t, s->arena, s->body_count, s->motions, s->bodies, dz)) return 0;
     s->many = t->many > 0;
     for (i = 0; i < n; i++) dz[i] = t->v[i];
@@ -4901,8 +4911,9 @@ typedef struct ecp_i_problem {
     int n;
     /* F[n] at z, smoothed by tau; returns the largest |F_i| above its rounding floor */
     ecp_real (*residual)(void *self, const ecp_real *z, ecp_real tau, ecp_real *F);
-    /* the Newton step at the z of the last residual; 0: none */
-    int (*step)(void *self, const ecp_real *z, const ecp_real *F, ecp_real *dz);
+    /* the Newton step at the z of the last residual; 0: none. stalled: 0, or the residual that the
+       last step did not halve */
+    int (*step)(void *self, const ecp_real *z, const ecp_real *F, ecp_real stalled, ecp_real *dz);
     /* the k-th start (0: warm, 1 and 2: geometric, then disturbed ones); 0: no more */
     int (*start)(void *self, int k, ecp_real *z);
     /* betters a z at which Newton has stalled, or NULL */
@@ -4966,7 +4977,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
                         ecp_real tau, ecp_real *z, ecp_i_effort *effort)
 {
     ecp_real merits[ECP_I_MEMORY], error, largest, before, above, best, merit, t;
-    ecp_real slack = ECP_I_SLACK;
+    ecp_real slack = ECP_I_SLACK, stalled = 0;
     int i, k;
     error = p->residual(p->self, z, tau, p->F);
     effort->evaluations++;
@@ -4975,7 +4986,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     if (warm && error <= ecp_i_content(tolerance)) return 1;
     for (k = 0; k < ECP_I_MEMORY; k++) merits[k] = ecp_i_merit(p->n, p->F);
     for (k = 0; k < limit; k++) {
-        if (!p->step(p->self, z, p->F, p->dz)) return error <= tolerance;
+        if (!p->step(p->self, z, p->F, stalled, p->dz)) return error <= tolerance;
         effort->iterations++;
         best = merits[0];
         for (i = 1; i < ECP_I_MEMORY; i++) best = ecp_i_max(best, merits[i]);
@@ -5003,6 +5014,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             (error <= ecp_i_aim(tolerance) || 2 * error > above)) {
             return 1;
         }
+        stalled = 2 * error > above ? error : ECP_R(0);
         merits[k % ECP_I_MEMORY] = merit;
     }
     return error <= tolerance;
@@ -5124,8 +5136,10 @@ static ecp_real ecp_i_mcp_residual(void *self, const ecp_real *z, ecp_real tau, 
 }
 
 /* rows da e_i + db grad F_i; the least step where they are dependent */
-static int ecp_i_mcp_step(void *self, const ecp_real *z, const ecp_real *F, ecp_real *dz)
+static int ecp_i_mcp_step(void *self, const ecp_real *z, const ecp_real *F, ecp_real stalled,
+                          ecp_real *dz)
 {
+    (void)stalled;
     ecp_i_mcp *s = (ecp_i_mcp *)self;
     ecp_real da, db;
     int i, j, n = s->problem->n, size = n + s->problem->m;
@@ -6858,7 +6872,7 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
     for (round = 0; round < 20; round++) {
         ECPSIM_MEMCPY(best, z, (size_t)p->n * sizeof(ecp_real));
         s->centring = 1;
-        i = p->step(s, z, p->F, p->dz);
+        i = p->step(s, z, p->F, 0, p->dz);
         s->centring = 0;
         if (!i) return 0;
         step->r->centring_rounds++;

@@ -4307,14 +4307,9 @@ static void ecp_i_postorder(int n, const ecp_i_graph *g, ecp_i_front *fronts)
    forces of 1 / (h w) times the load, and Newton's step is lost. */
 #define ECP_I_SAME_CONSTRAINT ECP_R(1e-4)
 
-/* But where Newton has come so close that nothing is lost by it, they count as two if they must: no
-   step gets beyond a residual that only such a difference could mend. stalled: that residual, or 0. */
-static ecp_real ecp_i_same_constraint(ecp_real stalled)
-{
-    ecp_real least = ecp_i_sqrt(ECP_I_EPSILON) / 100;
-    if (!(stalled > 0)) return ECP_I_SAME_CONSTRAINT;
-    return ecp_i_min(ECP_I_SAME_CONSTRAINT, ecp_i_max(least, 100 * stalled));
-}
+/* But no step gets beyond a residual that only such a difference could mend: where Newton stalls they
+   count as two down to this. */
+#define ECP_I_FINEST_CONSTRAINT (ecp_i_sqrt(ECP_I_EPSILON) / 100)
 
 /* a patch's row whose velocities count less than this, in the units of such rows, constrains nothing */
 #define ECP_I_NO_CONSTRAINT ECP_R(1e-9)
@@ -4876,7 +4871,7 @@ static void ecp_i_island_carve(ecp_i_island *s)
 
 /* The Newton step at the point of the last residual. Returns 0 if it is not finite, or if the memory
    does not suffice. */
-static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, ecp_real stalled,
+static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, ecp_real fine,
                              ecp_real *dz)
 {
     ecp_i_island *s = (ecp_i_island *)self;
@@ -4890,7 +4885,7 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
         ecp_i_block_eliminate(c);
     }
     for (i = 0; i < n; i++) dz[i] = -F[i];
-    t->same = ecp_i_same_constraint(stalled);
+    t->same = ecp_i_max(ECP_I_FINEST_CONSTRAINT, ecp_i_min(ECP_I_SAME_CONSTRAINT, fine));
     if (!ecp_i_tree_solve(t, s->arena, s->body_count, s->motions, s->bodies, dz)) return 0;
     s->many = t->many > 0;
     for (i = 0; i < n; i++) dz[i] = t->v[i];
@@ -4911,9 +4906,9 @@ typedef struct ecp_i_problem {
     int n;
     /* F[n] at z, smoothed by tau; returns the largest |F_i| above its rounding floor */
     ecp_real (*residual)(void *self, const ecp_real *z, ecp_real tau, ecp_real *F);
-    /* the Newton step at the z of the last residual; 0: none. stalled: 0, or the residual that the
-       last step did not halve */
-    int (*step)(void *self, const ecp_real *z, const ecp_real *F, ecp_real stalled, ecp_real *dz);
+    /* the Newton step at the z of the last residual; 0: none. fine: 1, or the relative difference
+       down to which equations are to be told apart */
+    int (*step)(void *self, const ecp_real *z, const ecp_real *F, ecp_real fine, ecp_real *dz);
     /* the k-th start (0: warm, 1 and 2: geometric, then disturbed ones); 0: no more */
     int (*start)(void *self, int k, ecp_real *z);
     /* betters a z at which Newton has stalled, or NULL */
@@ -4977,7 +4972,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
                         ecp_real tau, ecp_real *z, ecp_i_effort *effort)
 {
     ecp_real merits[ECP_I_MEMORY], error, largest, before, above, best, merit, t;
-    ecp_real slack = ECP_I_SLACK, stalled = 0;
+    ecp_real slack = ECP_I_SLACK, fine = 1;
     int i, k;
     error = p->residual(p->self, z, tau, p->F);
     effort->evaluations++;
@@ -4986,7 +4981,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     if (warm && error <= ecp_i_content(tolerance)) return 1;
     for (k = 0; k < ECP_I_MEMORY; k++) merits[k] = ecp_i_merit(p->n, p->F);
     for (k = 0; k < limit; k++) {
-        if (!p->step(p->self, z, p->F, stalled, p->dz)) return error <= tolerance;
+        if (!p->step(p->self, z, p->F, fine, p->dz)) return error <= tolerance;
         effort->iterations++;
         best = merits[0];
         for (i = 1; i < ECP_I_MEMORY; i++) best = ecp_i_max(best, merits[i]);
@@ -5014,7 +5009,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             (error <= ecp_i_aim(tolerance) || 2 * error > above)) {
             return 1;
         }
-        stalled = 2 * error > above ? error : ECP_R(0);
+        if (2 * error > above) fine = ecp_i_min(fine / 10, 100 * error);
         merits[k % ECP_I_MEMORY] = merit;
     }
     return error <= tolerance;
@@ -5136,10 +5131,10 @@ static ecp_real ecp_i_mcp_residual(void *self, const ecp_real *z, ecp_real tau, 
 }
 
 /* rows da e_i + db grad F_i; the least step where they are dependent */
-static int ecp_i_mcp_step(void *self, const ecp_real *z, const ecp_real *F, ecp_real stalled,
+static int ecp_i_mcp_step(void *self, const ecp_real *z, const ecp_real *F, ecp_real fine,
                           ecp_real *dz)
 {
-    (void)stalled;
+    (void)fine;
     ecp_i_mcp *s = (ecp_i_mcp *)self;
     ecp_real da, db;
     int i, j, n = s->problem->n, size = n + s->problem->m;
@@ -6872,7 +6867,7 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
     for (round = 0; round < 20; round++) {
         ECPSIM_MEMCPY(best, z, (size_t)p->n * sizeof(ecp_real));
         s->centring = 1;
-        i = p->step(s, z, p->F, 0, p->dz);
+        i = p->step(s, z, p->F, 1, p->dz);
         s->centring = 0;
         if (!i) return 0;
         step->r->centring_rounds++;
@@ -7171,6 +7166,9 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
 #define ECP_I_SHORTEST (ECP_R(1.0) / 1048576)
 #define ECP_I_SHORT (ECP_R(1.0) / 1024)
 
+/* after this many times max_iterations of a step no further sub-step is tried */
+#define ECP_I_EFFORT 500
+
 /* The step in shorter ones, which grow by 2 where they succeed and shrink by 4 where they fail, so
    that the instant that makes trouble is passed in a short one; only the shortest take the dearer
    fallbacks. Forces act in all of them, impulses in the first. The state before is kept at the end of the block. */
@@ -7202,7 +7200,8 @@ static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_op
             if (status == ECP_OK) continue;
         }
         part /= 4;
-        if (status != ECP_NOT_SOLVED || part < ECP_I_SHORTEST || r->substeps == ECP_I_SUBSTEPS) {
+        if (status != ECP_NOT_SOLVED || part < ECP_I_SHORTEST || r->substeps == ECP_I_SUBSTEPS ||
+            r->iterations > ECP_I_EFFORT * o->max_iterations) {
             break;
         }
     }

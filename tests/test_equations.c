@@ -409,7 +409,7 @@ static double equations_step_error(equations_scene *k)
 {
     int n = k->s.unknowns, i, j;
     double worst = 0;
-    CHECK(ecp_i_island_step(&k->s, k->z, k->F, 0, k->dz));
+    CHECK(ecp_i_island_step(&k->s, k->z, k->F, 1, k->dz));
     for (i = 0; i < n; i++) {
         double sum = (double)k->F[i], size = fabs(sum);
         for (j = 0; j < n; j++) {

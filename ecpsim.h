@@ -7166,8 +7166,8 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
 #define ECP_I_SHORTEST (ECP_R(1.0) / 1048576)
 #define ECP_I_SHORT (ECP_R(1.0) / 1024)
 
-/* after this many times max_iterations of a step no further sub-step is tried */
-#define ECP_I_EFFORT 500
+/* after this many times max_iterations, counted for each unknown, no further sub-step is tried */
+#define ECP_I_EFFORT ECP_R(20000.0)
 
 /* The step in shorter ones, which grow by 2 where they succeed and shrink by 4 where they fail, so
    that the instant that makes trouble is passed in a short one; only the shortest take the dearer
@@ -7201,7 +7201,8 @@ static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_op
         }
         part /= 4;
         if (status != ECP_NOT_SOLVED || part < ECP_I_SHORTEST || r->substeps == ECP_I_SUBSTEPS ||
-            r->iterations > ECP_I_EFFORT * o->max_iterations) {
+            (ecp_real)r->iterations * (ecp_real)r->unknowns >
+                ECP_I_EFFORT * (ecp_real)o->max_iterations) {
             break;
         }
     }

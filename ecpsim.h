@@ -5056,27 +5056,38 @@ static int ecp_i_ramp(const ecp_i_problem *p, ecp_real tolerance, int limit, ecp
     return share >= 1;
 }
 
-/* The chain of attempts, each from its own start: plain Newton, then continuation. */
-static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *options, ecp_real *z,
+/* Newton from start k, and again where it has stalled and the start can be bettered there. */
+static int ecp_i_attempt(const ecp_i_problem *p, int k, const ecp_options *o, ecp_real *z,
+                         ecp_i_effort *effort)
+{
+    if (ecp_i_newton(p, k == 0, o->tolerance, o->max_iterations, 0, z, effort)) return 1;
+    if (!p->repair || !(o->fallbacks & ECP_FALLBACK_GEOMETRIC)) return 0;
+    effort->fallbacks |= ECP_FALLBACK_GEOMETRIC;
+    p->repair(p->self, z);
+    return ecp_i_newton(p, 0, o->tolerance, o->max_iterations, 0, z, effort);
+}
+
+/* The chain of attempts: plain Newton from the warm and the two geometric starts; from the second of
+   these continuation in the smoothing and in the load; then the disturbed starts, by Newton and by
+   continuation. */
+static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *o, ecp_real *z,
                        ecp_i_effort *effort)
 {
-    int k, limit = options->max_iterations;
+    int k, limit = o->max_iterations;
     for (k = 0; p->start(p->self, k, z); k++) {
-        if (k > 0 && k < 3 && !(options->fallbacks & ECP_FALLBACK_GEOMETRIC)) continue;
-        if (k > 2 && !(options->fallbacks & ECP_FALLBACK_MULTISTART)) break;
-        if (k == 1 || k == 2) effort->fallbacks |= ECP_FALLBACK_GEOMETRIC;
-        if (k > 2) effort->fallbacks |= ECP_FALLBACK_MULTISTART;
-        if (ecp_i_newton(p, k == 0, options->tolerance, limit, 0, z, effort)) return 1;
-        if (p->repair && (options->fallbacks & ECP_FALLBACK_GEOMETRIC)) {
-            effort->fallbacks |= ECP_FALLBACK_GEOMETRIC;
-            p->repair(p->self, z);
-            if (ecp_i_newton(p, 0, options->tolerance, limit, 0, z, effort)) return 1;
+        int kind = k > 2 ? ECP_FALLBACK_MULTISTART : k > 0 ? ECP_FALLBACK_GEOMETRIC : 0;
+        if (k > 2 && !(o->fallbacks & kind)) break;
+        if ((o->fallbacks & kind) == kind) {
+            effort->fallbacks |= kind;
+            if (ecp_i_attempt(p, k, o, z, effort)) return 1;
         }
-        if (k == 0 || !(options->fallbacks & ECP_FALLBACK_CONTINUATION)) continue;
-        p->start(p->self, k, z);
-        if (ecp_i_continue(p, options->tolerance, limit, z, effort)) return 1;
-        if (k != 2 || !p->load || !(options->fallbacks & ECP_FALLBACK_LOAD)) continue;
-        if (ecp_i_ramp(p, options->tolerance, limit, z, effort)) return 1;
+        if (k > 1 && (o->fallbacks & ECP_FALLBACK_CONTINUATION)) {
+            p->start(p->self, k, z);
+            if (ecp_i_continue(p, o->tolerance, limit, z, effort)) return 1;
+        }
+        if (k == 2 && p->load && (o->fallbacks & ECP_FALLBACK_LOAD)) {
+            if (ecp_i_ramp(p, o->tolerance, limit, z, effort)) return 1;
+        }
     }
     return 0;
 }

@@ -4,6 +4,7 @@
 #include "test_linear.c"
 #include "test_shapes.c"
 #include "test_world.c"
+#include "test_fallbacks.c"
 #include "test_equations.c"
 #include "test_newton.c"
 #include "test_step.c"
@@ -68,6 +69,7 @@ int main(int argc, char **argv)
     run(filter, "newton", test_newton);
     run(filter, "step", test_step);
     run(filter, "contacts", test_contacts);
+    run(filter, "fallbacks", test_fallbacks);
     run(filter, "truths", test_truths);
     printf("bits of %s: %08lx\n", sizeof(ecp_real) == 4 ? "float" : "double", state_bits());
     printf("%d passed, %d failed\n", test_passed, test_failed);

@@ -1,0 +1,55 @@
+/* Each fallback on a step that plain Newton does not solve and it does. The steps are dumps of ecp_dump,
+   from `make stress`, in which options.fallbacks was made a variable. */
+
+#ifndef ECPSIM_FLOAT
+
+static int fallbacks_of_the_step;
+
+#include "fallbacks/geometric.inc"
+#include "fallbacks/continuation.inc"
+#include "fallbacks/multistart.inc"
+#include "fallbacks/load.inc"
+#include "fallbacks/substeps.inc"
+
+typedef ecp_status dumped(ecp_world **world, ecp_report *report);
+
+static ecp_status step_with(dumped *step, int fallbacks, ecp_report *r)
+{
+    ecp_world *world = NULL;
+    ecp_status status;
+    fallbacks_of_the_step = fallbacks;
+    status = step(&world, r);
+    free(world);
+    return status;
+}
+
+static void check_fallback(dumped *step, int fallback)
+{
+    ecp_report r;
+    CHECK(step_with(step, 0, &r) == ECP_NOT_SOLVED);
+    CHECK(r.fallbacks == 0 && r.substeps == 1);
+    CHECK(step_with(step, fallback, &r) == ECP_OK);
+    CHECK(r.fallbacks == fallback);
+    CHECK(r.worst_gap >= -1e-12);
+    CHECK(step_with(step, ecp_options_default().fallbacks, &r) == ECP_OK);
+    CHECK(r.fallbacks != 0);
+}
+
+static void test_fallbacks(void)
+{
+    ecp_report r;
+    check_fallback(step_geometric, ECP_FALLBACK_GEOMETRIC);
+    check_fallback(step_continuation, ECP_FALLBACK_CONTINUATION);
+    check_fallback(step_multistart, ECP_FALLBACK_MULTISTART);
+    check_fallback(step_load, ECP_FALLBACK_LOAD);
+    check_fallback(step_substeps, ECP_FALLBACK_SUBSTEPS);
+    step_with(step_substeps, ECP_FALLBACK_SUBSTEPS, &r);
+    CHECK(r.substeps > 1);
+}
+
+#else
+
+/* the steps are hard in double only */
+static void test_fallbacks(void) {}
+
+#endif

@@ -6,6 +6,7 @@
 #include "test_world.c"
 #include "test_fallbacks.c"
 #include "test_equations.c"
+#include "test_elimination.c"
 #include "test_newton.c"
 #include "test_step.c"
 #include "test_contacts.c"
@@ -66,6 +67,7 @@ int main(int argc, char **argv)
     run(filter, "shapes", test_shapes);
     run(filter, "world", test_world_section);
     run(filter, "equations", test_equations);
+    run(filter, "elimination", test_elimination);
     run(filter, "newton", test_newton);
     run(filter, "step", test_step);
     run(filter, "contacts", test_contacts);

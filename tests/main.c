@@ -8,6 +8,7 @@
 #include "test_equations.c"
 #include "test_elimination.c"
 #include "test_newton.c"
+#include "test_broad.c"
 #include "test_step.c"
 #include "test_contacts.c"
 #include "test_truths.c"
@@ -69,6 +70,7 @@ int main(int argc, char **argv)
     run(filter, "equations", test_equations);
     run(filter, "elimination", test_elimination);
     run(filter, "newton", test_newton);
+    run(filter, "broad", test_broad);
     run(filter, "step", test_step);
     run(filter, "contacts", test_contacts);
     run(filter, "fallbacks", test_fallbacks);

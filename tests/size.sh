@@ -1,0 +1,103 @@
+#!/bin/sh
+# What scenes cost (`make size`), built as a user with little room would build them: -Os, single
+# precision, nothing linked that is not named, no C library. Each scene of tests/firmware/footprint.c
+# is an image of its own, startup code included, for a Cortex-M4F and for x86-64 (Linux, without libc).
+#
+#   flash   code, constants and initial values of the image
+#   ram     the world with its work memory (ecp_world_memsize) and the stack that a run of 200 steps,
+#           with a fall, a landing and rest, was seen to use (under qemu on the Cortex-M4F)
+#   used    of the world's block, the high-water mark of the run
+#   unknowns, paper   of the step with the most: ours, and the paper's for the same contacts
+root=$(pwd)
+out=$root/build/size
+rm -rf "$out"
+mkdir -p "$out" || exit 1
+cd tests/firmware || exit 1
+
+warn='-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wdouble-promotion -Wundef
+      -Werror'
+small='-std=c99 -Os -DECPSIM_FLOAT -DNDEBUG -ffp-contract=off -fno-math-errno -ffunction-sections
+       -fdata-sections -fno-tree-loop-distribute-patterns
+       -fno-asynchronous-unwind-tables
+       -nostdlib -Wl,--gc-sections'
+arm=${ARM_CC:-arm-none-eabi-gcc}
+arm_flags='-mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16 -Tmps2.ld port_mps2.c'
+linux=${CC:-gcc}
+linux_flags='-DECPSIM_SQRT=__builtin_sqrtf -fno-stack-protector -fno-pie -no-pie -static -Wl,--build-id=none port_linux.c'
+failed=0
+
+# image NAME COMPILER FLAGS...: 0 if it is built
+image() {
+    name=$1
+    shift
+    # shellcheck disable=SC2086
+    "$@" $small $warn footprint.c -lgcc -o "$out/$name" >"$out/$name.log" 2>&1 && return
+    echo "not built: $name"
+    head -n 5 "$out/$name.log"
+    failed=$((failed + 1))
+    return 1
+}
+
+run_arm() {
+    timeout 300 qemu-system-arm -M mps2-an386 -nographic -monitor none -serial none \
+        -semihosting-config enable=on,target=native -kernel "$1" </dev/null
+}
+
+run_linux() { timeout 300 "$1"; }
+
+# field NAME of a line of name=value
+field() { echo "$2" | tr ' ' '\n' | sed -n "s/^$1=//p"; }
+
+# measure TARGET SIZE SCENE MACROS COMPILER FLAGS...
+measure() {
+    target=$1 size=$2 scene=$3 macros=$4
+    shift 4
+    # shellcheck disable=SC2086
+    image "$target-$scene" "$@" -DSCENE="$scene" $macros || return
+    # shellcheck disable=SC2086
+    image "$target-$scene-run" "$@" -DSCENE="$scene" -DMEASURE $macros || return
+    flash=$("$size" "$out/$target-$scene" | awk 'NR == 2 { print $1 + $2 }')
+    line=$("run_$target" "$out/$target-$scene-run" 2>&1)
+    world=$(field world_bytes "$line")
+    stack=$(field stack_bytes "$line")
+    if [ -z "$world" ] || [ -z "$stack" ]; then
+        echo "$target-$scene did not run: $line"
+        failed=$((failed + 1))
+        ram='?'
+    else
+        ram=$((world + stack))
+    fi
+    printf '%-6s %-11s %6s %7s %7s %7s %7s %9s %6s %7s  %s\n' "$target" "$scene" "$flash" "$ram" \
+        "$world" "$(field used_bytes "$line")" "$stack" "$(field unknowns "$line")" \
+        "$(field full_mncp "$line")" "$(field not_solved "$line")" "$macros"
+    eval "flash_${target}_$scene=$flash ram_${target}_$scene=$ram"
+}
+
+# double precision by software: there must be none
+no_doubles() {
+    ! "${arm%gcc}nm" "$1" | grep -E '__aeabi_(d|cd|f2d|i2d|ui2d|l2d)'
+}
+
+# the macros that leave out what a scene does not need
+leave_out() {
+    case $1 in
+    *) ;;
+    esac
+}
+
+scenes='BALL BOX TABLE BOX_ON_BOX EVERYTHING'
+printf '%-6s %-11s %6s %7s %7s %7s %7s %9s %6s %7s  %s\n' target scene flash ram world used stack \
+    unknowns paper failed macros
+for scene in $scenes; do measure linux size "$scene" "$(leave_out "$scene")" "$linux" $linux_flags; done
+if command -v "$arm" >/dev/null && command -v qemu-system-arm >/dev/null; then
+    for scene in $scenes; do
+        measure arm "${arm%gcc}size" "$scene" "$(leave_out "$scene")" "$arm" $arm_flags
+        no_doubles "$out/arm-$scene" || failed=$((failed + 1))
+    done
+else
+    echo "skipped: Cortex-M4F, no $arm or no qemu-system-arm"
+fi
+
+echo "size: flash_table_bytes=${flash_arm_TABLE:-0} ram_table_bytes=${ram_arm_TABLE:-0}" \
+    "flash_ball_bytes=${flash_arm_BALL:-0}"
+[ $failed -eq 0 ]

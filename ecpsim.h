@@ -4971,7 +4971,7 @@ static ecp_real ecp_i_content(ecp_real tolerance)
 static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, int limit,
                         ecp_real tau, ecp_real *z, ecp_i_effort *effort)
 {
-    ecp_real merits[ECP_I_MEMORY], error, largest, before, above, best, merit, t;
+    ecp_real merits[ECP_I_MEMORY], error, largest, before, above, best, merit = 0, t;
     ecp_real slack = ECP_I_SLACK, fine = 1;
     int i, k;
     error = p->residual(p->self, z, tau, p->F);

@@ -256,6 +256,14 @@ test_symbols() {
         for kind in ellipsoid capsule cylinder frustum box polytope half_space; do
             check "the $kind is not" refuse grep -q "ecp_i_${kind}_eval" "$out/symbols"
         done
+        # a step needs its own section, not the ones beside it
+        check 'a program that steps' "$cc" -std=c99 -I. -no-pie -ffunction-sections \
+            -fdata-sections -Wl,--gc-sections examples/minimal.c -o "$out/linked" -lm
+        nm "$out/linked" >"$out/symbols"
+        check 'the step is linked' grep -q ' ecp_step$' "$out/symbols"
+        for name in dump i_put printed_residual mcp_solve least_squares i_polytope; do
+            check "ecp_$name is not" refuse grep -q " ecp_$name" "$out/symbols"
+        done
     else
         echo 'skipped: what is linked, the linker has no --gc-sections'
     fi

@@ -1325,7 +1325,7 @@ static void test_step_dump(void)
     ecp_shape shape;
     ecp_status status = ECP_OK;
     int i;
-    CHECK(o.dump == NULL && o.dump_user == NULL);
+    CHECK(o.dump == NULL && o.dump_write == NULL && o.dump_user == NULL);
     test_dumps[0].length = test_dumps[1].length = 0;
     CHECK(ecp_dump(NULL, 1, NULL, test_write, test_dumps) == ECP_BAD_POINTER);
     CHECK(ecp_dump(world, 1, NULL, NULL, test_dumps) == ECP_BAD_POINTER);
@@ -1339,7 +1339,8 @@ static void test_step_dump(void)
     o = ecp_options_default();
     o.max_iterations = 1;
     o.fallbacks = 0;
-    o.dump = test_write;
+    o.dump = ecp_dump;
+    o.dump_write = test_write;
     o.dump_user = test_dumps;
     before = test_copy_world(world);
     CHECK(ecp_step(world, -1, &o, NULL) == ECP_BAD_STEP);

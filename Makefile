@@ -2,6 +2,8 @@
 # make test    everything that is tested, with every compiler that is here
 # make stress  two million steps of extreme scenes, in double and in float (stress-quick: a sample)
 # make scale   time a step over the size of the scene
+# make size    flash and RAM of scenes on a Cortex-M4F and x86-64 (needs gcc-arm-none-eabi, qemu)
+# make firmware  programs without an operating system; firmware-test runs them under qemu
 # make plots   the examples' CSV as SVG (needs gnuplot)
 # make clean   removes build/
 
@@ -51,10 +53,19 @@ build/stress_float: tests/stress.c tests/scene.h tests/distance.h ecpsim.h | bui
 build/scale: tests/scale.c tests/scene.h ecpsim.h | build
 	$(CC) -std=c99 $(CFLAGS) $(WARN) tests/scale.c -o $@ -lm
 
+size:
+	@tests/size.sh
+
+firmware:
+	@tests/firmware.sh build
+
+firmware-test:
+	@tests/firmware.sh
+
 plots: run
 	@cd build && for p in ../examples/*.gp; do gnuplot $$p || exit 1; done
 
 clean:
 	rm -rf build
 
-.PHONY: run test stress stress-quick scale plots clean
+.PHONY: run test stress stress-quick scale size firmware firmware-test plots clean

@@ -8,6 +8,10 @@
 #           with a fall, a landing and rest, was seen to use (under qemu on the Cortex-M4F)
 #   used    of the world's block, the high-water mark of the run
 #   unknowns, paper   of the step with the most: ours, and the paper's for the same contacts
+#   failed  steps that were not solved
+#
+# No double-precision routine (__aeabi_d..) may be linked. What is large in an image:
+# arm-none-eabi-nm --size-sort -S --radix=d build/size/arm-TABLE | tail -40
 root=$(pwd)
 out=$root/build/size
 rm -rf "$out"
@@ -48,14 +52,12 @@ run_linux() { timeout 300 "$1"; }
 # field NAME of a line of name=value
 field() { echo "$2" | tr ' ' '\n' | sed -n "s/^$1=//p"; }
 
-# measure TARGET SIZE SCENE MACROS COMPILER FLAGS...
+# measure TARGET SIZE SCENE COMPILER FLAGS...
 measure() {
-    target=$1 size=$2 scene=$3 macros=$4
-    shift 4
-    # shellcheck disable=SC2086
-    image "$target-$scene" "$@" -DSCENE="$scene" $macros || return
-    # shellcheck disable=SC2086
-    image "$target-$scene-run" "$@" -DSCENE="$scene" -DMEASURE $macros || return
+    target=$1 size=$2 scene=$3
+    shift 3
+    image "$target-$scene" "$@" -DSCENE="$scene" || return
+    image "$target-$scene-run" "$@" -DSCENE="$scene" -DMEASURE || return
     flash=$("$size" "$out/$target-$scene" | awk 'NR == 2 { print $1 + $2 }')
     line=$("run_$target" "$out/$target-$scene-run" 2>&1)
     world=$(field world_bytes "$line")
@@ -67,31 +69,28 @@ measure() {
     else
         ram=$((world + stack))
     fi
-    printf '%-6s %-11s %6s %7s %7s %7s %7s %9s %6s %7s  %s\n' "$target" "$scene" "$flash" "$ram" \
-        "$world" "$(field used_bytes "$line")" "$stack" "$(field unknowns "$line")" \
-        "$(field full_mncp "$line")" "$(field not_solved "$line")" "$macros"
+    row "$target" "$scene" "$flash" "$ram" "$world" "$(field used_bytes "$line")" "$stack" \
+        "$(field unknowns "$line")" "$(field full_mncp "$line")" "$(field not_solved "$line")"
     eval "flash_${target}_$scene=$flash ram_${target}_$scene=$ram"
 }
+
+row() { printf '%-6s %-11s %6s %7s %7s %7s %7s %9s %6s %7s\n' "$@"; }
 
 # double precision by software: there must be none
 no_doubles() {
     ! "${arm%gcc}nm" "$1" | grep -E '__aeabi_(d|cd|f2d|i2d|ui2d|l2d)'
 }
 
-# the macros that leave out what a scene does not need
-leave_out() {
-    case $1 in
-    *) ;;
-    esac
-}
-
 scenes='BALL BOX TABLE BOX_ON_BOX EVERYTHING'
-printf '%-6s %-11s %6s %7s %7s %7s %7s %9s %6s %7s  %s\n' target scene flash ram world used stack \
-    unknowns paper failed macros
-for scene in $scenes; do measure linux size "$scene" "$(leave_out "$scene")" "$linux" $linux_flags; done
+row target scene flash ram world used stack unknowns paper failed
+for scene in $scenes; do
+    # shellcheck disable=SC2086
+    measure linux size "$scene" "$linux" $linux_flags
+done
 if command -v "$arm" >/dev/null && command -v qemu-system-arm >/dev/null; then
     for scene in $scenes; do
-        measure arm "${arm%gcc}size" "$scene" "$(leave_out "$scene")" "$arm" $arm_flags
+        # shellcheck disable=SC2086
+        measure arm "${arm%gcc}size" "$scene" "$arm" $arm_flags
         no_doubles "$out/arm-$scene" || failed=$((failed + 1))
     done
 else

@@ -12,7 +12,7 @@ void port_write(const char *text);
 /* the most bytes of stack that were in use since the start; 0 where nobody counts */
 uint32_t port_stack_used(void);
 
-/* instructions so far, of which only differences modulo 2^29 mean something; 0 where nobody counts */
+/* instructions since the last call, if they were less than 600 million; 0 where nobody counts */
 uint32_t port_instructions(void);
 
 /* The program, called once by the port; returns 0 if all went well. */

@@ -25,8 +25,11 @@ uint32_t port_stack_used(void) { return bare_unpainted(stack_end, stack_top); }
 
 uint32_t port_instructions(void)
 {
-    uintptr_t count;
-    __asm__ volatile("csrr %0, minstret" : "=r"(count));
+    static uintptr_t last;
+    uintptr_t now, count;
+    __asm__ volatile("csrr %0, minstret" : "=r"(now));
+    count = now - last;
+    last = now;
     return (uint32_t)count;
 }
 

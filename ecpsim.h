@@ -4732,12 +4732,12 @@ typedef struct ecp_i_island {
 } ecp_i_island;
 
 /* Velocities that move a body within a step by less than the rounding error of a gap between two
-   bodies, or than `small` lengths, can not be told from zero. (A half-space's gap is known to its
+   bodies, or than `tiny` lengths, can not be told from zero. (A half-space's gap is known to its
    increments. But where several gaps are to be closed at once, their rounding errors contradict each
    other and what sticks: the jitter that the other rows of the patch are granted.) */
-static void ecp_i_pair_noise(const ecp_i_pair *c, ecp_real h, ecp_real small)
+static void ecp_i_pair_noise(const ecp_i_pair *c, ecp_real h, ecp_real tiny)
 {
-    ecp_real noise = (c->d_noise + small * c->L) / h, jitter = c->d_noise / h;
+    ecp_real noise = (c->d_noise + tiny * c->L) / h, jitter = c->d_noise / h;
     c->ma->jitter = ecp_i_max(c->ma->jitter, jitter);
     c->mb->jitter = ecp_i_max(c->mb->jitter, jitter);
     if (c->plane) return;
@@ -5342,12 +5342,12 @@ static ecp_real ecp_i_distance(const ecp_i_posed *A, const ecp_i_posed *B, ecp_r
                                ecp_real at_b[3], ecp_real n[3])
 {
     ecp_real pa[4][3], pb[4][3], w[4][3], weight[4] = {1, 0, 0, 0}, v[3], back[3], size = 0;
-    ecp_real small = ecp_i_sqrt(ECP_I_EPSILON) * (A->shape->radius + B->shape->radius);
+    ecp_real tiny = ecp_i_sqrt(ECP_I_EPSILON) * (A->shape->radius + B->shape->radius);
     int count = 0, k, i, j;
     ecp_i_posed_centre(A, at_a);
     ecp_i_posed_centre(B, at_b);
     ecp_i_sub(at_b, at_a, v);
-    if (!(ecp_i_norm(v) > small)) ecp_i_set3(0, 0, 1, v);
+    if (!(ecp_i_norm(v) > tiny)) ecp_i_set3(0, 0, 1, v);
     for (k = 0; k < 40; k++) {
         ecp_i_scale(-1, v, back);
         ecp_i_farthest(A, v, 0, pa[count]);
@@ -5367,7 +5367,7 @@ static ecp_real ecp_i_distance(const ecp_i_posed *A, const ecp_i_posed *B, ecp_r
         ecp_i_set3(0, 0, 0, v);
         for (i = 0; i < count; i++) ecp_i_axpy(v, weight[i], w[i], v);
         size = ecp_i_norm(v);
-        if (count == 4 || size <= small) {
+        if (count == 4 || size <= tiny) {
             size = 0;
             break;
         }

@@ -4,6 +4,7 @@
 # make scale   time a step over the size of the scene
 # make size    flash and RAM of scenes on a Cortex-M4F and x86-64 (needs gcc-arm-none-eabi, qemu)
 # make firmware  programs without an operating system; firmware-test runs them under qemu
+# make matrix  the header compiled in every way: compilers, standards, reals, linkage, macros
 # make plots   the examples' CSV as SVG (needs gnuplot)
 # make clean   removes build/
 
@@ -62,10 +63,13 @@ firmware:
 firmware-test:
 	@tests/firmware.sh
 
+matrix:
+	@tests/matrix.sh
+
 plots: run
 	@cd build && for p in ../examples/*.gp; do gnuplot $$p || exit 1; done
 
 clean:
 	rm -rf build
 
-.PHONY: run test stress stress-quick scale size firmware firmware-test plots clean
+.PHONY: run test stress stress-quick scale size firmware firmware-test matrix plots clean

@@ -5,6 +5,8 @@
 # make size    flash and RAM of scenes on a Cortex-M4F and x86-64 (needs gcc-arm-none-eabi, qemu)
 # make firmware  programs without an operating system; firmware-test runs them under qemu
 # make matrix  the header compiled in every way: compilers, standards, reals, linkage, macros
+# make report  error against run time, ours and the peers' that are here: docs/report.md
+#              (SCENE=t3: that scene alone, to build/report_out; build/report quick: a sample)
 # make plots   the examples' CSV as SVG (needs gnuplot)
 # make clean   removes build/
 
@@ -69,7 +71,57 @@ matrix:
 plots: run
 	@cd build && for p in ../examples/*.gp; do gnuplot $$p || exit 1; done
 
+# ---- the report. What it compares us with is looked for when it is asked for, and named if absent
+
+report: build/report
+	@OPENBLAS_NUM_THREADS=1 build/report $(SCENE)
+
+REPORT_FLAGS = -std=c99 $(CFLAGS) -Wall -Wextra
+REPORT_SOURCES = tests/report.c tests/report_write.c tests/report_scenes.c
+REPORT_HEADERS = tests/report.h tests/report_scenes.h tests/report_table.h
+
+# the name of each peer that pkg-config, or the compiler, or MUJOCO_DIR knows
+peers = $(shell pkg-config --exists ode && echo ode; \
+	pkg-config --exists bullet && echo bullet; pkg-config --exists bullet-float64 && echo bullet64; \
+	echo '#include <siconos/numerics/NonSmoothDrivers.h>' | $(CC) $(SICONOS) -E - >/dev/null 2>&1 && \
+	echo siconos; test -e "$(MUJOCO_DIR)/include/mujoco/mujoco.h" && echo mujoco)
+SICONOS = -isystem /usr/include/siconos -isystem /usr/include/siconos/numerics
+SICONOS_VERSION = $(shell dpkg-query -W -f '$${Version}' libsiconos-numerics-dev 2>/dev/null || \
+	echo version unknown)
+version_of = $(shell pkg-config --modversion $(1))
+flags_of = $(patsubst -I%,-isystem %,$(shell pkg-config --cflags $(1))) -DVERSION='"$(call version_of,$(1))"'
+libs_of = $(shell pkg-config --libs $(1))
+PEER = $(CC) $(REPORT_FLAGS) -D_GNU_SOURCE -fPIC -shared
+PEER_CXX = $(CXX) $(CFLAGS) -Wall -Wextra -fPIC -shared
+
+build/report_double.o: tests/report_ours.c tests/report.h ecpsim.h | build
+	$(CC) $(REPORT_FLAGS) -c $< -o $@
+
+build/report_float.o: tests/report_ours.c tests/report.h ecpsim.h | build
+	$(CC) $(REPORT_FLAGS) -DECPSIM_FLOAT -c $< -o $@
+
+build/peer_ode.so: tests/peers/ode.c tests/report.h | build
+	$(PEER) $(call flags_of,ode) $< -o $@ $(call libs_of,ode)
+
+build/peer_bullet.so: tests/peers/bullet.cpp tests/report.h | build
+	$(PEER_CXX) $(call flags_of,bullet) $< -o $@ $(call libs_of,bullet)
+
+build/peer_bullet64.so: tests/peers/bullet.cpp tests/report.h | build
+	$(PEER_CXX) $(call flags_of,bullet-float64) $< -o $@ $(call libs_of,bullet-float64)
+
+build/peer_siconos.so: tests/peers/siconos.c tests/report.h | build
+	$(PEER) $(SICONOS) -DVERSION='"$(SICONOS_VERSION)"' $< -o $@ -lsiconos_numerics -lm
+
+build/peer_mujoco.so: tests/peers/mujoco.c tests/report.h | build
+	$(PEER) -isystem $(MUJOCO_DIR)/include $< -o $@ -L$(MUJOCO_DIR)/lib -Wl,-rpath,$(MUJOCO_DIR)/lib -lmujoco
+
+.SECONDEXPANSION:
+build/report: $(REPORT_SOURCES) $(REPORT_HEADERS) build/report_double.o build/report_float.o \
+		$$(addsuffix .so,$$(addprefix build/peer_,$$(peers)))
+	$(CC) $(REPORT_FLAGS) -D_GNU_SOURCE -DCOMPILER='"$(CC)"' -DFLAGS='"$(REPORT_FLAGS)"' \
+		$(REPORT_SOURCES) build/report_double.o build/report_float.o -o $@ -lm -ldl
+
 clean:
 	rm -rf build
 
-.PHONY: run test stress stress-quick scale size firmware firmware-test matrix plots clean
+.PHONY: run test stress stress-quick scale size firmware firmware-test matrix report plots clean

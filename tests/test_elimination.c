@@ -383,7 +383,7 @@ static void elimination_step(elimination_island *e)
     e->arena.used = e->mark;
     e->arena.top = e->bytes;
     memset(&e->s.tree, 0, sizeof e->s.tree);
-    CHECK(ecp_i_island_step(&e->s, e->z, e->F, e->dz));
+    CHECK(ecp_i_island_step(&e->s, e->z, e->F, 1, e->dz));
     CHECK(!e->arena.overflow);
 }
 

@@ -1,0 +1,610 @@
+/* The report: report [quick] [scene]
+
+   Measures error against run time, of this library and of the the.engines that are here, and writes
+   docs/report.md and the CSV files in docs/report. With a scene, or quick, it writes to build/report_out instead.
+
+       report count SCENE METHOD H   runs the steps once, for callgrind */
+
+#include "report_table.h"
+
+#include <dlfcn.h>
+#include <float.h>
+#include <math.h>
+#include <sched.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/utsname.h>
+#include <time.h>
+#include <unistd.h>
+
+enum { WARM = 20, GIVE_UP = 20, LEGS = 7 };
+
+extern const report_engine report_ours_double, report_ours_float;
+
+report_run the;
+
+/* quick: those marked 1 */
+static const struct {
+    double h;
+    int quick;
+} sizes[] = {{1e-1, 1}, {5e-2, 0}, {2e-2, 0}, {1e-2, 1}, {5e-3, 0}, {2e-3, 0},
+             {1e-3, 1}, {5e-4, 0}, {2e-4, 0}, {1e-4, 0}, {1e-5, 0}};
+enum { SIZES = sizeof sizes / sizeof sizes[0] };
+
+/* ---- the.engines */
+
+/* the peers that were built lie beside this program */
+static void find_engines(void)
+{
+    static const char *const peers[] = {"ode", "bullet", "bullet64", "siconos", "mujoco"};
+    static const char *const names[] = {"ODE", "Bullet", "Bullet double", "Siconos", "MuJoCo"};
+    char path[4096];
+    int i;
+    the.engines[the.engine_count++] = &report_ours_double;
+    the.engines[the.engine_count++] = &report_ours_float;
+    for (i = 0; i < 5; i++) {
+        const char *slash = strrchr(the.self, '/');
+        const void *peer = NULL;
+        void *library;
+        snprintf(path, sizeof path, "%.*s/peer_%s.so", slash ? (int)(slash - the.self) : 1,
+                 slash ? the.self : ".", peers[i]);
+        library = access(path, R_OK) ? NULL : dlopen(path, RTLD_NOW | RTLD_LOCAL);
+        if (library) {
+            peer = dlsym(library, "report_peer");
+        } else if (!access(path, R_OK)) {
+            fprintf(stderr, "%s\n", dlerror());
+        }
+        if (peer) {
+            the.engines[the.engine_count++] = (const report_engine *)peer;
+        } else {
+            the.absent[the.absent_count++] = names[i];
+        }
+    }
+}
+
+const char *method_name(const row *r) { return r->engine->methods[r->method].name; }
+
+/* ---- time */
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* what two readings of the clock differ by when nothing lies between them */
+static void measure_timer(void)
+{
+    double cost[101];
+    int i;
+    for (i = 0; i < 101; i++) {
+        double begin = now();
+        cost[i] = now() - begin;
+    }
+    qsort(cost, 101, sizeof cost[0], ascending);
+    the.timer = cost[50];
+}
+
+/* this process on one core: the last one it may use */
+static void pin(void)
+{
+    cpu_set_t may, one;
+    int i, last = -1;
+    if (sched_getaffinity(0, sizeof may, &may)) return;
+    for (i = 0; i < CPU_SETSIZE; i++) last = CPU_ISSET(i, &may) ? i : last;
+    if (last < 0) return;
+    CPU_ZERO(&one);
+    CPU_SET(last, &one);
+    the.pinned = !sched_setaffinity(0, sizeof one, &one);
+}
+
+static void progress(const char *what, const report_scene *s, const row *r, int i, int n)
+{
+    if (!the.progress) return;
+    if (!s) {
+        fprintf(stderr, "\r\033[K");
+    } else {
+        fprintf(stderr, "\r\033[K%s: %s %d/%d %s h=%g", s->name, what, i + 1, n,
+                r ? method_name(r) : "", r ? r->h : 0);
+    }
+    fflush(stderr);
+}
+
+/* ---- runs */
+
+/* n steps from step k; returns how many were not solved. Callgrind counts what it calls. */
+__attribute__((noinline)) int report_steps(const report_engine *e, void *world, int k, int n,
+                                           double h);
+int report_steps(const report_engine *e, void *world, int k, int n, double h)
+{
+    int i, unsolved = 0;
+    for (i = 0; i < n; i++) unsolved += e->step(world, (k + i) * h) != 0;
+    return unsolved;
+}
+
+int is_size(double a, double b) { return fabs(a - b) < 1e-9 * b; }
+
+static int steps_to(double end, double h) { return (int)(end / h + 0.5); }
+
+static void states(const row *r, void *world, int bodies, report_state *s)
+{
+    int i;
+    for (i = 0; i < bodies; i++) r->engine->state(world, i, s + i);
+}
+
+static int finite_state(const report_state *s, int bodies)
+{
+    int i, k;
+    for (i = 0; i < bodies; i++) {
+        for (k = 0; k < 3; k++) {
+            if (!isfinite(s[i].x[k]) || !isfinite(s[i].v[k])) return 0;
+        }
+    }
+    return 1;
+}
+
+/* The run that is watched: errors, penetration, creep, and the states from which windows start. */
+static void watch(const report_scene *scene, row *r)
+{
+    int bodies = scene->world.bodies, stride = r->h < 1e-3 ? (int)(1e-3 / r->h + 0.5) : 1;
+    int who = r->engine->ours ? REPORT_OURS : REPORT_PEERS, k, i, window = 0;
+    report_state s[REPORT_BODIES], late[REPORT_BODIES];
+    report_watch w;
+    double spent = 0, late_t = -1;
+    void *world = r->engine->open(&scene->world, r->method, r->h);
+    memset(&w, 0, sizeof w);
+    w.scene = scene;
+    w.h = r->h;
+    w.steps = r->steps;
+    r->starts = (report_state *)malloc(sizeof(report_state) * (size_t)(WINDOWS * bodies));
+    if (!r->starts) exit(2);
+    for (k = 0; k < r->steps && !r->failed;) {
+        int n = stride < r->steps - k ? stride : r->steps - k;
+        double begin = now();
+        if (k >= (int)((double)window * r->steps / WINDOWS) && window < WINDOWS) {
+            r->start[window] = k;
+            states(r, world, bodies, r->starts + window++ * bodies);
+        }
+        r->unsolved += report_steps(r->engine, world, k, n, r->h);
+        spent += now() - begin;
+        k += n;
+        states(r, world, bodies, s);
+        w.at_end = k == r->steps;
+        scene->watch(&w, k, k * r->h, s);
+        r->penetration = fmax(r->penetration, report_penetration(&scene->world, s, who));
+        if (late_t < 0 && k >= 0.95 * r->steps) {
+            memcpy(late, s, sizeof s);
+            late_t = k * r->h;
+        }
+        r->failed = !finite_state(s, bodies) || (r->engine->ours && r->unsolved > GIVE_UP) ||
+                    spent > 3 * the.cap;
+    }
+    r->first_us = 1e6 * spent / k;
+    r->continuous = r->failed ? INFINITY : w.continuous;
+    r->discrete = r->failed ? INFINITY : w.discrete;
+    for (i = 0; i < bodies; i++) {
+        double d[3];
+        int j;
+        for (j = 0; j < 3; j++) d[j] = s[i].x[j] - late[i].x[j];
+        if (late_t >= 0 && scene->rests && scene->end > late_t) {
+            r->creep = fmax(r->creep,
+                            sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) / (scene->end - late_t));
+        }
+    }
+    if (r->engine->unknowns) r->unknowns = r->engine->unknowns(world);
+    r->engine->close(world);
+}
+
+/* One timed stretch: a new world, `warm` steps before the clock starts. */
+static double time_stretch(const report_world *w, const row *r, int k, int warm, int n)
+{
+    void *world = r->engine->open(w, r->method, r->h);
+    double begin, end;
+    report_steps(r->engine, world, k, warm, r->h);
+    begin = now();
+    report_steps(r->engine, world, k + warm, n, r->h);
+    end = now();
+    r->engine->close(world);
+    return end - begin - the.timer;
+}
+
+/* Microseconds of a step. A short run is repeated as a whole; of one that lasts much longer than the
+   budget, stretches that begin at eight of its states are timed, each after some steps of warm-up. */
+static double time_row(report_scene *scene, const row *r)
+{
+    double length = 1e-6 * r->first_us * r->steps, spent = 0, begin = now();
+    int bodies = scene->world.bodies, i, j, n = 0;
+    if (length <= 2 * the.budget || r->steps < 4 * WINDOWS * WARM) {
+        do {
+            int warm = scene->moves ? 0 : WARM;
+            spent += time_stretch(&scene->world, r, 0, warm, r->steps);
+            n += r->steps;
+        } while (spent < the.budget && now() - begin < 4 * the.budget);
+        return 1e6 * spent / n;
+    }
+    for (i = 0; i < WINDOWS; i++) {
+        report_state was[REPORT_BODIES];
+        int some = (int)(the.budget / WINDOWS / (1e-6 * r->first_us)) + 1;
+        int most = r->steps / WINDOWS - WARM;
+        if (some > most) some = most;
+        for (j = 0; j < bodies; j++) {
+            was[j] = scene->world.body[j].start;
+            scene->world.body[j].start = r->starts[i * bodies + j];
+        }
+        spent += time_stretch(&scene->world, r, r->start[i], WARM, some);
+        n += some;
+        for (j = 0; j < bodies; j++) scene->world.body[j].start = was[j];
+    }
+    return 1e6 * spent / n;
+}
+
+/* ---- instructions, by callgrind */
+
+static int count_steps(const report_scene *scene, double h)
+{
+    int n = steps_to(scene->end, h);
+    return n < 500 ? n : 500;
+}
+
+/* the child of count_instructions: `report count SCENE METHOD H` */
+static int run_count(const report_scene *scene, const char *method, double h)
+{
+    int i, j;
+    for (i = 0; i < 2; i++) {
+        for (j = 0; j < the.engines[i]->count; j++) {
+            void *world;
+            if (strcmp(the.engines[i]->methods[j].name, method)) continue;
+            world = the.engines[i]->open(&scene->world, j, h);
+            if (!scene->moves) {
+                int k;
+                for (k = 0; k < WARM; k++) the.engines[i]->step(world, k * h);
+            }
+            report_steps(the.engines[i], world, 0, count_steps(scene, h), h);
+            the.engines[i]->close(world);
+            return 0;
+        }
+    }
+    return 1;
+}
+
+static double count_instructions(const report_scene *scene, const row *r)
+{
+    char command[8192], line[512];
+    double count = -1;
+    FILE *pipe;
+    snprintf(command, sizeof command,
+             "valgrind --tool=callgrind --callgrind-out-file=/dev/null "
+             "--toggle-collect=report_steps '%s' count '%s' '%s' %g 2>&1",
+             the.self, scene->name, method_name(r), r->h);
+    pipe = popen(command, "r");
+    while (pipe && fgets(line, sizeof line, pipe)) {
+        const char *at = strstr(line, "Collected : ");
+        if (at) count = atof(at + 12) / count_steps(scene, r->h);
+    }
+    if (pipe) pclose(pipe);
+    return count;
+}
+
+/* where the report goes, and the tables beside it */
+static void make_directory(const char *name)
+{
+    char path[4096];
+    mkdir(name, 0777);
+    snprintf(path, sizeof path, "%s/report", name);
+    mkdir(path, 0777);
+}
+
+/* ---- a scene */
+
+static int takes(const report_scene *scene, const report_method *m)
+{
+    return (!m->motion || scene->moves) && (!m->patches || scene->patches);
+}
+
+double effective(const report_scene *scene, const row *r)
+{
+    return fmax(r->continuous, scene->floor);
+}
+
+double run_ms(const row *r) { return 1e-3 * r->median * r->steps; }
+
+/* a is at least as good in both, and better in one */
+static int dominates(const report_scene *scene, const row *a, const row *b)
+{
+    double error_a = effective(scene, a), error_b = effective(scene, b);
+    if (a->failed) return 0;
+    if (error_a > error_b || run_ms(a) > run_ms(b)) return 0;
+    return error_a < error_b || run_ms(a) < run_ms(b);
+}
+
+static void find_fronts(const report_scene *scene, table *t)
+{
+    int i, j;
+    for (i = 0; i < t->count; i++) {
+        row *r = t->rows + i;
+        r->front = !r->failed;
+        r->beats = !r->engine->ours && r->front;
+        for (j = 0; j < t->count; j++) {
+            if (!dominates(scene, t->rows + j, r)) continue;
+            r->front = 0;
+            if (t->rows[j].engine->ours) r->beats = 0;
+        }
+        t->fronts += r->front;
+        t->peer_fronts += r->beats;
+    }
+}
+
+/* our own motion from the start with steps of h: the states after every 0.1 s */
+static void own_motion(report_scene *scene, double h, report_state *out)
+{
+    const report_engine *e = &report_ours_double;
+    void *world = e->open(&scene->world, 0, h);
+    int i, n = steps_to(scene->end, 0.1), each = steps_to(0.1, h);
+    for (i = 0; i < n; i++) {
+        progress("truth", scene, NULL, i, n);
+        if (report_steps(e, world, i * each, each, h)) {
+            fprintf(stderr, "%s: the truth has unsolved steps\n", scene->name);
+        }
+        e->state(world, 0, out + i);
+    }
+    e->close(world);
+}
+
+/* how far apart two truths are, in the scene's unit */
+static double truths_apart(const report_scene *scene, const report_state *a, const report_state *b)
+{
+    int i, k, n = steps_to(scene->end, 0.1);
+    double worst = 0;
+    for (i = scene->truth_of_velocity ? n - 1 : 0; i < n; i++) {
+        for (k = 0; k < 3; k++) {
+            double x = fabs(a[i].x[k] - b[i].x[k]), v = fabs(a[i].v[k] - b[i].v[k]);
+            double w = 0.25 * fabs(a[i].w[k] - b[i].w[k]);
+            worst = fmax(worst, scene->truth_of_velocity ? fmax(v, w) : x);
+        }
+    }
+    return worst;
+}
+
+/* Where modes change (T2), the solution at a small step, and as its worth what it differs by from the
+   one at twice the step. Where they do not (T4), Neville's extrapolation of four step sizes, and as
+   its worth what it differs by from that of three. */
+static void find_truth(report_scene *scene)
+{
+    enum { ORDER = 4 };
+    static report_state table[ORDER][REPORT_TRUTHS], three[REPORT_TRUTHS];
+    int i, j, k, m;
+    if (!scene->truth_of_velocity) {
+        scene->truth_h = the.quick ? 1e-4 : 1e-5;
+        own_motion(scene, 2 * scene->truth_h, three);
+        own_motion(scene, scene->truth_h, scene->truth);
+    } else {
+        scene->truth_h = (the.quick ? 1e-2 : 2e-3) / 8;
+        for (i = 0; i < ORDER; i++) {
+            own_motion(scene, scene->truth_h * (8 >> i), table[i]);
+            for (j = i - 1; j >= 0; j--) {
+                double weight = 1 / (pow(2, i - j) - 1);
+                for (m = 0; m < REPORT_TRUTHS; m++) {
+                    report_state *a = &table[j][m], *b = &table[j + 1][m];
+                    for (k = 0; k < 3; k++) {
+                        a->v[k] = b->v[k] + (b->v[k] - a->v[k]) * weight;
+                        a->w[k] = b->w[k] + (b->w[k] - a->w[k]) * weight;
+                    }
+                }
+            }
+        }
+        memcpy(three, table[1], sizeof three);
+        memcpy(scene->truth, table[0], sizeof scene->truth);
+    }
+    scene->floor = truths_apart(scene, scene->truth, three);
+    scene->truth_known = 1;
+}
+
+/* Example 2 just after the kick: our angular velocity, which must approach the analytic one */
+static void check_lift_off(report_scene *scene)
+{
+    const report_engine *e = &report_ours_double;
+    double h = scene->truth_h;
+    void *world = e->open(&scene->world, 0, h);
+    report_state s;
+    report_steps(e, world, 0, steps_to(0.75, h) + 1, h);
+    e->state(world, 0, &s);
+    e->close(world);
+    scene->lift_off = s.w[0];
+}
+
+/* how long a run will take, from the last step size of this method; 0: not known */
+static double expected(const table *t, const row *r)
+{
+    double us = 0;
+    int i;
+    for (i = 0; i < t->count; i++) {
+        const row *o = t->rows + i;
+        if (o->engine == r->engine && o->method == r->method) us = o->failed ? 0 : o->first_us;
+    }
+    return 1e-6 * us * r->steps;
+}
+
+/* every method at every step size, watched */
+static void watch_all(report_scene *scene, table *t, int most)
+{
+    int i, e, j;
+    for (i = 0; i < SIZES; i++) {
+        if (the.quick && !sizes[i].quick) continue;
+        for (e = 0; e < the.engine_count; e++) {
+            for (j = 0; j < the.engines[e]->count; j++) {
+                row *r = t->rows + t->count;
+                /* our two defaults are worth a wait */
+                double cap = the.engines[e]->ours && j == 0 ? 4 * the.cap : the.cap;
+                if (!takes(scene, the.engines[e]->methods + j)) continue;
+                memset(r, 0, sizeof *r);
+                r->engine = the.engines[e];
+                r->method = j;
+                r->h = sizes[i].h;
+                r->steps = steps_to(scene->end, r->h);
+                r->instructions = -1;
+                if (expected(t, r) > cap) {
+                    t->left_out++;
+                    continue;
+                }
+                progress("run", scene, r, t->count, most);
+                watch(scene, r);
+                t->count++;
+            }
+        }
+    }
+}
+
+static void find_medians(table *t)
+{
+    int i;
+    for (i = 0; i < t->count; i++) {
+        row *r = t->rows + i;
+        qsort(r->us, RUNS, sizeof r->us[0], ascending);
+        r->median = r->us[RUNS / 2];
+        r->q1 = r->us[RUNS / 4];
+        r->q3 = r->us[RUNS - 1 - RUNS / 4];
+    }
+}
+
+/* every row once, and again: what disturbs the machine disturbs all methods */
+static void time_all(report_scene *scene, table *t)
+{
+    int run, i;
+    for (run = 0; run < RUNS; run++) {
+        for (i = 0; i < t->count; i++) {
+            progress("time", scene, t->rows + i, run * t->count + i, RUNS * t->count);
+            if (!t->rows[i].failed) t->rows[i].us[run] = time_row(scene, t->rows + i);
+        }
+    }
+    find_medians(t);
+}
+
+static void measure_scene(report_scene *scene, table *t)
+{
+    int most = 0, i;
+    for (i = 0; i < the.engine_count; i++) most += the.engines[i]->count * SIZES;
+    t->rows = (row *)calloc((size_t)most, sizeof *t->rows);
+    if (!t->rows) exit(2);
+    if (scene->own_truth) find_truth(scene);
+    if (scene->own_truth && !scene->truth_of_velocity) check_lift_off(scene);
+    watch_all(scene, t, most);
+    time_all(scene, t);
+    for (i = 0; i < t->count; i++) {
+        row *r = t->rows + i;
+        /* ours at h = 0.01, as it comes */
+        if (!the.quick && r->engine->ours && r->method == 0 && is_size(r->h, 0.01)) {
+            progress("count", scene, r, i, t->count);
+            r->instructions = count_instructions(scene, r);
+        }
+        free(r->starts);
+    }
+    find_fronts(scene, t);
+    progress(NULL, NULL, NULL, 0, 0);
+}
+
+/* ---- time over the number of patches: a body that slides on n legs */
+
+static const int legs[LEGS] = {1, 2, 4, 8, 16, 32, 64};
+
+static void measure_legs(table *t)
+{
+    static report_scene scenes[LEGS];
+    int i, e, j, run, most = 0, last = the.quick ? 4 : LEGS;
+    for (i = 0; i < the.engine_count; i++) most += the.engines[i]->count * LEGS;
+    t->rows = (row *)calloc((size_t)most, sizeof *t->rows);
+    if (!t->rows) exit(2);
+    for (i = 0; i < last; i++) {
+        report_legs(&scenes[i].world, legs[i]);
+        scenes[i].name = "legs";
+        scenes[i].end = 1;
+        scenes[i].moves = scenes[i].patches = 1;
+        for (e = 0; e < the.engine_count; e++) {
+            for (j = 0; j < the.engines[e]->count; j++) {
+                row *r = t->rows + t->count;
+                void *world;
+                memset(r, 0, sizeof *r);
+                r->engine = the.engines[e];
+                r->method = j;
+                r->h = 0.01;
+                r->legs = legs[i];
+                r->steps = 100;
+                if (expected(t, r) > 1e-2 * the.cap) continue;
+                progress("run", scenes + i, r, i, last);
+                world = the.engines[e]->open(&scenes[i].world, j, r->h);
+                r->first_us = now();
+                r->unsolved = report_steps(the.engines[e], world, 0, 100, r->h);
+                r->first_us = 1e4 * (now() - r->first_us);
+                if (the.engines[e]->unknowns) r->unknowns = the.engines[e]->unknowns(world);
+                the.engines[e]->close(world);
+                t->count++;
+            }
+        }
+    }
+    for (run = 0; run < RUNS; run++) {
+        for (i = 0; i < t->count; i++) {
+            row *r = t->rows + i;
+            for (j = 0; legs[j] < r->legs; j++) continue;
+            progress("time", scenes + j, r, run * t->count + i, RUNS * t->count);
+            r->us[run] = time_row(scenes + j, r);
+        }
+    }
+    find_medians(t);
+    progress(NULL, NULL, NULL, 0, 0);
+}
+
+int main(int argc, char **argv)
+{
+    static table tables[32], patches;
+    report_scene *scenes;
+    int count, i;
+    the.self = argv[0];
+    scenes = report_scenes(&count);
+    find_engines();
+    if (argc == 5 && !strcmp(argv[1], "count")) {
+        for (i = 0; i < count; i++) {
+            if (strcmp(scenes[i].name, argv[2])) continue;
+            return run_count(scenes + i, argv[3], atof(argv[4]));
+        }
+        return 1;
+    }
+    for (i = 1; i < argc; i++) {
+        if (!strcmp(argv[i], "quick")) {
+            the.quick = 1;
+        } else {
+            the.only = argv[i];
+        }
+    }
+    the.budget = the.quick ? 3e-4 : 4e-3;
+    the.cap = the.quick ? 0.1 : 3;
+    the.out = the.quick || the.only ? "build/report_out" : "docs";
+    the.progress = isatty(2);
+    make_directory(the.out);
+    pin();
+    measure_timer();
+    for (i = 0; i < count; i++) {
+        if (the.only && strncmp(scenes[i].name, the.only, strlen(the.only))) continue;
+        measure_scene(scenes + i, tables + i);
+        write_scene(scenes + i, tables + i);
+        print_scene(scenes + i, tables + i);
+    }
+    if (!the.only || !strcmp(the.only, "legs")) {
+        measure_legs(&patches);
+        write_legs(&patches);
+    }
+    write_report(scenes, tables, count, &patches);
+    if (!the.quick && !the.only &&
+        system("command -v gnuplot >/dev/null && gnuplot tests/report.gp")) {
+        fprintf(stderr, "no plots: gnuplot is not here, or failed\n");
+    }
+    print_last_line(stdout, scenes, tables, count);
+    return 0;
+}

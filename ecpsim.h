@@ -636,7 +636,8 @@ typedef enum ecp_rule {
 
 /* The ways out that are tried, in this order, when Newton stalls from the warm start. */
 enum {
-    ECP_FALLBACK_GEOMETRIC = 1,    /* start from support points at the pose free motion predicts */
+    ECP_FALLBACK_GEOMETRIC = 1, /* start from support points at the pose free motion predicts, and
+                                      from several points a patch with rough impulses */
     ECP_FALLBACK_CONTINUATION = 2, /* smoothed complementarity, the smoothing taken to zero */
     ECP_FALLBACK_MULTISTART = 4,   /* the same from a fixed sequence of disturbed starts */
     ECP_FALLBACK_LOAD = 8,         /* the loads and velocities of the step grow from nothing */

@@ -517,7 +517,9 @@ typedef struct ecp_world_desc {
 /* 8 bodies, 32 shapes, 16 patches of up to 12 inequalities, gravity (0, 0, -9.8). Most of it is work
    memory for the elimination. With solver_bytes = 0 it is enough for any scene of up to 8 bodies; for
    more, each is taken to have 12 neighbours when it is eliminated. A step that needs more returns
-   ECP_CAPACITY with the bytes of the whole block that it wanted in ecp_report.value. */
+   ECP_CAPACITY with the bytes of the whole block that would do, an upper bound, in
+   ecp_report.value, and those that there are in ecp_report.limit: solver_bytes must grow by the
+   difference. What it took then is in ecp_report.memory_used. */
 ECP_DEF ecp_world_desc ecp_world_desc_default(void);
 
 /* The bytes that ecp_world_init needs for this description, or 0 if it is out of range. */
@@ -4179,6 +4181,7 @@ typedef struct ecp_i_tree {
     int *slot;           /* of each body: its columns in the present front */
     int *ints;           /* widest front */
     ecp_real *v, *u;     /* velocities of all bodies; those of the others of one front */
+    int planned;         /* the fronts are there, and their order */
     size_t mark, stack;  /* where the memory of the fronts begins, and their stack */
     int many;            /* the last solve had many solutions */
     ecp_real h;
@@ -4729,6 +4732,7 @@ typedef struct ecp_i_island {
     int many;      /* the last Newton step had many solutions */
     int nearest;   /* the rule is ECP_NEAREST: starts keep the ECPs where they can */
     int uncentred; /* a patch starts from a point that the rule ECP_CENTRED did not choose */
+    size_t begin, blocks_at; /* where the memory of a Newton step begins, and that of its blocks */
     ecp_i_tree tree;
 } ecp_i_island;
 
@@ -4828,7 +4832,7 @@ static void ecp_i_carve_tree(ecp_i_arena *arena, int n, ecp_i_tree *t, ecp_i_gra
 }
 
 /* The order of elimination, and the front at which each patch is assembled: the first one of its
-   bodies. */
+   bodies. Sets `planned` if the memory suffices. */
 static void ecp_i_tree_plan(ecp_i_island *s)
 {
     ecp_i_tree *t = &s->tree;
@@ -4858,20 +4862,72 @@ static void ecp_i_tree_plan(ecp_i_island *s)
         f->pairs = c;
     }
     t->h = s->h;
-    t->mark = s->arena->used;
-    t->stack = s->arena->top;
+    t->planned = 1;
+}
+
+/* the Newton blocks of all patches */
+static void ecp_i_carve_blocks(const ecp_i_island *s, ecp_i_arena *arena)
+{
+    int i;
+    for (i = 0; i < s->pair_count; i++) {
+        ecp_i_pair *c = s->pairs[i];
+        ecp_i_carve_block(arena, c->count, c->ma->dynamic + c->mb->dynamic, c);
+    }
 }
 
 /* The memory of a Newton step, taken when the first one is made: a start that is a solution needs
    none of it. */
 static void ecp_i_island_carve(ecp_i_island *s)
 {
-    int i;
-    for (i = 0; i < s->pair_count; i++) {
-        ecp_i_pair *c = s->pairs[i];
-        ecp_i_carve_block(s->arena, c->count, c->ma->dynamic + c->mb->dynamic, c);
-    }
     ecp_i_tree_plan(s);
+    s->blocks_at = s->arena->used;
+    ecp_i_carve_blocks(s, s->arena);
+    s->tree.mark = s->arena->used;
+    s->tree.stack = s->arena->top;
+}
+
+/* The most that the fronts can take, in reals: patches leave 8 rows as in ecp_i_tree_reals, and what
+   a front passes on has the rank of its width. */
+static size_t ecp_i_tree_most(const ecp_i_tree *t, int n)
+{
+    size_t lasting = 0, passed = 0, most = 0;
+    int k, i;
+    for (k = 0; k < n; k++) {
+        const ecp_i_front *f = t->fronts + k;
+        const ecp_i_pair *c;
+        size_t u = (size_t)f->width, rows = 6, from = 0, pass = u * (3 * u + 2), now;
+        for (c = f->pairs; c; c = c->next_here) rows += 8;
+        for (i = f->child; i >= 0; i = t->fronts[i].next) {
+            size_t w = (size_t)t->fronts[i].width;
+            rows += w;
+            from += w * (3 * w + 2);
+        }
+        lasting += (19 + rows) * (7 + u) + u + 18; /* 12 for rounding up */
+        now = passed + (rows + 6 + u) * (7 + u) + pass;
+        if (now > most) most = now;
+        passed += pass - from;
+    }
+    return lasting + most;
+}
+
+/* After an overflow, how large the arena should have been for the island's Newton steps; where there
+   was not even room to plan them, for that. */
+static size_t ecp_i_island_wants(const ecp_i_island *s)
+{
+    ecp_i_arena arena = ecp_i_arena_over(NULL, 0);
+    size_t n = (size_t)s->body_count;
+    ecp_i_tree tree;
+    ecp_i_graph g;
+    if (s->tree.planned) {
+        arena.used = s->blocks_at;
+        ecp_i_take(&arena, ecp_i_tree_most(&s->tree, s->body_count), sizeof(ecp_real));
+    } else {
+        arena.used = s->begin;
+        ecp_i_carve_tree(&arena, s->body_count, &tree, &g);
+        ecp_i_take(&arena, n * n, sizeof(int));
+    }
+    ecp_i_carve_blocks(s, &arena);
+    return arena.used > s->arena->wanted ? arena.used : s->arena->wanted;
 }
 
 /* The Newton step at the point of the last residual. Returns 0 if it is not finite, or if the memory
@@ -4882,7 +4938,7 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
     ecp_i_island *s = (ecp_i_island *)self;
     ecp_i_tree *t = &s->tree;
     int i, n = 6 * s->body_count;
-    if (!t->fronts) ecp_i_island_carve(s);
+    if (!t->fronts && !s->arena->overflow) ecp_i_island_carve(s);
     if (s->arena->overflow) return 0;
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
@@ -6977,6 +7033,15 @@ static ecp_real ecp_i_cone_violation(const ecp_i_pair *c)
     return c->P * (ecp_i_sqrt(size) - c->mu * c->p[0]);
 }
 
+/* The memory does not suffice for this island: the bytes of the whole block that would do, and those
+   that there are. */
+static ecp_status ecp_i_no_room(ecp_i_step *step, const ecp_i_island *s, int label)
+{
+    size_t spare = step->w->bytes - step->arena.size;
+    return ecp_i_fail(step->r, ECP_CAPACITY, label, -1, -1,
+                      (ecp_real)(ecp_i_island_wants(s) + spare), (ecp_real)step->w->bytes);
+}
+
 static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
 {
     ecp_i_island s;
@@ -7008,6 +7073,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     if (s.pair_count == 0) return ECP_OK;
     ecp_i_carve_vectors(&step->arena, s.unknowns, vectors);
     ECPSIM_ASSERT(!step->arena.overflow);
+    s.begin = step->arena.used;
     z = vectors[0];
     best = vectors[1];
     p.self = &s;
@@ -7023,10 +7089,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     p.trial = vectors[4];
     ecp_i_island_units(&s);
     solved = ecp_i_solve(&p, step->o, z, &effort);
-    if (step->arena.overflow) {
-        return ecp_i_fail(step->r, ECP_CAPACITY, label, -1, -1, (ecp_real)step->arena.wanted,
-                          (ecp_real)step->arena.size);
-    }
+    if (step->arena.overflow) return ecp_i_no_room(step, &s, label);
     if (solved && step->o->rule == ECP_CENTRED && (s.many || s.uncentred)) {
         centred = ecp_i_centre(&s, &p, step, z, best, &effort);
         step->r->centred &= centred;

@@ -7089,11 +7089,11 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     p.trial = vectors[4];
     ecp_i_island_units(&s);
     solved = ecp_i_solve(&p, step->o, z, &effort);
-    if (step->arena.overflow) return ecp_i_no_room(step, &s, label);
     if (solved && step->o->rule == ECP_CENTRED && (s.many || s.uncentred)) {
         centred = ecp_i_centre(&s, &p, step, z, best, &effort);
         step->r->centred &= centred;
     }
+    if (step->arena.overflow) return ecp_i_no_room(step, &s, label);
     error = solved ? 0 : p.residual(&s, z, 0, p.F);
     step->r->islands++;
     step->r->unknowns += s.unknowns;

@@ -941,29 +941,54 @@ static void ecp_i_mul(const ecp_real A[9], const ecp_real x[3], ecp_real out[3])
 /* out = A^T x */
 static void ecp_i_mul_t(const ecp_real A[9], const ecp_real x[3], ecp_real out[3])
 {
-    int k;
-    for (k = 0; k < 3; k++) out[k] = A[k] * x[0] + A[3 + k] * x[1] + A[6 + k] * x[2];
+    ecp_real x0 = x[0], x1 = x[1], x2 = x[2];
+    out[0] = A[0] * x0 + A[3] * x1 + A[6] * x2;
+    out[1] = A[1] * x0 + A[4] * x1 + A[7] * x2;
+    out[2] = A[2] * x0 + A[5] * x1 + A[8] * x2;
 }
 
+/* out = A B, row by row */
 static void ecp_i_matmul(const ecp_real A[9], const ecp_real B[9], ecp_real out[9])
 {
-    int i, j;
-    for (i = 0; i < 3; i++) {
-        for (j = 0; j < 3; j++) {
-            out[3 * i + j] = A[3 * i] * B[j] + A[3 * i + 1] * B[3 + j] + A[3 * i + 2] * B[6 + j];
-        }
-    }
+    ecp_i_mul_t(B, A, out);
+    ecp_i_mul_t(B, A + 3, out + 3);
+    ecp_i_mul_t(B, A + 6, out + 6);
 }
 
 /* out = R A R^T */
 static void ecp_i_congruence(const ecp_real R[9], const ecp_real A[9], ecp_real out[9])
 {
     ecp_real T[9];
-    int i, j;
     ecp_i_matmul(R, A, T);
-    for (i = 0; i < 3; i++) {
-        for (j = 0; j < 3; j++) out[3 * i + j] = ecp_i_dot(T + 3 * i, R + 3 * j);
-    }
+    ecp_i_mul(R, T, out);
+    ecp_i_mul(R, T + 3, out + 3);
+    ecp_i_mul(R, T + 6, out + 6);
+}
+
+/* ecp_chol_factor and ecp_chol_solve of a 3 x 3 matrix, written out for speed */
+static void ecp_i_root(ecp_real A[9])
+{
+    ecp_real d = A[0];
+    if (!(d > 0)) return;
+    A[0] = ecp_i_sqrt(d);
+    A[3] /= A[0];
+    A[6] /= A[0];
+    d = A[4] - A[3] * A[3];
+    if (!(d > 0)) return;
+    A[4] = ecp_i_sqrt(d);
+    A[7] = (A[7] - A[6] * A[3]) / A[4];
+    d = A[8] - A[6] * A[6] - A[7] * A[7];
+    if (d > 0) A[8] = ecp_i_sqrt(d);
+}
+
+static void ecp_i_root_solve(const ecp_real L[9], ecp_real b[3])
+{
+    b[0] /= L[0];
+    b[1] = (b[1] - L[3] * b[0]) / L[4];
+    b[2] = (b[2] - L[6] * b[0] - L[7] * b[1]) / L[8];
+    b[2] /= L[8];
+    b[1] = (b[1] - L[7] * b[2]) / L[4];
+    b[0] = (b[0] - L[3] * b[1] - L[6] * b[2]) / L[0];
 }
 
 static int ecp_i_normalise(ecp_real a[3])
@@ -2662,11 +2687,20 @@ static size_t ecp_i_bytes(size_t count, size_t size)
     return ecp_i_fits(count, size) ? (count * size + 7) & ~(size_t)7 : (size_t)-1;
 }
 
+/* how far the two ends are, for the high-water marks: called before either gives anything back */
 static void ecp_i_arena_mark(ecp_i_arena *a)
 {
     if (a->used > a->high) a->high = a->used;
     if (a->top < a->low) a->low = a->top;
     if (a->used + (a->size - a->top) > a->most) a->most = a->used + (a->size - a->top);
+}
+
+/* gives back what was taken since the ends were there */
+static void ecp_i_release(ecp_i_arena *a, size_t used, size_t top)
+{
+    ecp_i_arena_mark(a);
+    a->used = used;
+    a->top = top;
 }
 
 static void *ecp_i_out_of_memory(ecp_i_arena *a, size_t bytes)
@@ -2681,7 +2715,6 @@ static void *ecp_i_take(ecp_i_arena *arena, size_t count, size_t size)
     size_t at = arena->used, bytes = ecp_i_bytes(count, size);
     if (bytes > arena->top - at) return ecp_i_out_of_memory(arena, bytes);
     arena->used += bytes;
-    ecp_i_arena_mark(arena);
     return arena->base ? (void *)(arena->base + at) : NULL;
 }
 
@@ -2691,7 +2724,6 @@ static ecp_real *ecp_i_take_stack(ecp_i_arena *arena, int rows, int columns)
     size_t bytes = ecp_i_bytes((size_t)rows * (size_t)columns, sizeof(ecp_real));
     if (bytes > arena->top - arena->used) return (ecp_real *)ecp_i_out_of_memory(arena, bytes);
     arena->top -= bytes;
-    ecp_i_arena_mark(arena);
     return (ecp_real *)(void *)(arena->base + arena->top);
 }
 
@@ -3182,7 +3214,7 @@ typedef struct ecp_i_motion {
     struct ecp_i_motion *next_ready;
     ecp_real R0[9];               /* rotation at the beginning of the step */
     ecp_real inertia[9];          /* about the centre of mass, world axes, beginning of the step */
-    ecp_real root[9];             /* its factor, of ecp_chol_factor */
+    ecp_real root[9];             /* its factor, of ecp_i_root */
     ecp_real whole[6];            /* p_app + p_vp of equ:discrete_NE */
     ecp_real kick[6];             /* what the equations take of it; all, but for ecp_i_ramp */
     ecp_real free[6];             /* the velocity change without contacts, M^-1 kick */
@@ -3202,18 +3234,21 @@ typedef struct ecp_i_motion {
 /* Moves the body to where the velocity change dv takes it: v = v0 + dv, x = x0 + h v. Changes are
    the unknowns, not velocities, and displacements are kept apart from positions, so that small
    steps and places far from the origin cost no digits. A body that is there already, or that
-   does not turn, costs little. */
+   turns as before or not at all, costs little. */
 static void ecp_i_move(ecp_i_motion *m, ecp_real h, const ecp_real dv[6])
 {
-    int k, same = m->moved;
+    ecp_real w[3];
+    int k, moved = m->moved;
+    for (k = 0; moved && k < 6; k++) moved = m->dv[k] == dv[k];
+    if (moved) return;
+    ecp_i_copy3(m->v + 3, w);
     for (k = 0; k < 6; k++) {
-        same &= m->dv[k] == dv[k];
         m->dv[k] = dv[k];
+        m->v[k] = m->body->v[k] + (m->body->v_carry[k] + dv[k]);
     }
-    if (same) return;
+    ecp_i_scale(h, m->v, m->dx);
+    if (m->moved && m->v[3] == w[0] && m->v[4] == w[1] && m->v[5] == w[2]) return;
     m->moved = 1;
-    for (k = 0; k < 6; k++) m->v[k] = m->body->v[k] + (m->body->v_carry[k] + dv[k]);
-    for (k = 0; k < 3; k++) m->dx[k] = h * m->v[k];
     if (m->v[3] == 0 && m->v[4] == 0 && m->v[5] == 0) {
         for (k = 0; k < 9; k++) {
             m->T[k] = 0;
@@ -3233,7 +3268,7 @@ static void ecp_i_velocity_change(const ecp_i_motion *m, const ecp_real impulse[
     ecp_i_scale(1 / m->body->mass, impulse, dv);
     ecp_i_copy3(impulse + 3, dv + 3);
     if (dv[3] == 0 && dv[4] == 0 && dv[5] == 0) return;
-    ecp_chol_solve(3, m->root, 3, dv + 3);
+    ecp_i_root_solve(m->root, dv + 3);
 }
 
 /* w of I w + h w x I w = I w0: a backward Euler step of free rotation. (A turn about w leaves w as it
@@ -3298,8 +3333,8 @@ static void ecp_i_gyroscopic(const ecp_real inertia[9], const ecp_real w[3], ecp
     if (moment[0] == 0 && moment[1] == 0 && moment[2] == 0) return;
     ECPSIM_MEMCPY(L, inertia, sizeof L);
     ecp_i_copy3(moment, change);
-    ecp_chol_factor(3, L, 3);
-    ecp_chol_solve(3, L, 3, change);
+    ecp_i_root(L);
+    ecp_i_root_solve(L, change);
     if (400 * h * h * ecp_i_dot(change, moment) <= ecp_i_dot(w, Iw)) return;
     if (ecp_i_implicit_rotation(inertia, w, h, change)) {
         ecp_i_mul(inertia, change, Iw);
@@ -3325,7 +3360,7 @@ static void ecp_i_predict(const ecp_world *w, const ecp_i_body *b, ecp_real h, e
         m->length = b->length;
         ecp_i_congruence(m->R0, b->inertia, m->inertia);
         ECPSIM_MEMCPY(m->root, m->inertia, sizeof m->root);
-        ecp_chol_factor(3, m->root, 3);
+        ecp_i_root(m->root);
         ecp_i_gyroscopic(m->inertia, b->v + 3, h, gyro);
         for (k = 0; k < 3; k++) {
             m->kick[k] = h * (b->mass * w->desc.gravity[k] + b->force[k]) + b->impulse[k];
@@ -4609,7 +4644,7 @@ static void ecp_i_front_settle(ecp_i_arena *arena, ecp_i_front *f)
 {
     int n = f->width, count = f->left_c * (n + 1) + f->left_b * n + n * (n + 1), i;
     ecp_real *to;
-    arena->top = f->level;
+    ecp_i_release(arena, arena->used, f->level);
     to = ecp_i_take_stack(arena, count, 1);
     for (i = count - 1; i >= 0; i--) to[i] = f->pass[i];
     f->pass = to;
@@ -4706,8 +4741,7 @@ static int ecp_i_tree_solve(ecp_i_tree *t, ecp_i_arena *arena, int n, const ecp_
                             const int *bodies, const ecp_real *b)
 {
     int k;
-    arena->used = t->mark;
-    arena->top = t->stack;
+    ecp_i_release(arena, t->mark, t->stack);
     t->many = 0;
     for (k = 0; k < n; k++) {
         ecp_i_front *f = t->fronts + k;
@@ -7116,7 +7150,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
         step->records[at].centred &= centred;
         step->r->worst_cone = ecp_i_max(step->r->worst_cone, ecp_i_cone_violation(c));
     }
-    step->arena.used = mark;
+    ecp_i_release(&step->arena, mark, step->arena.top);
     return ECP_OK;
 }
 
@@ -7127,9 +7161,9 @@ static ecp_status ecp_i_solve_all(ecp_i_step *s)
     size_t mark = s->arena.used;
     int i, extras = -1;
     while (s->extras > extras) {
+        ecp_i_release(&s->arena, mark, s->arena.top);
         if (extras >= 0) ECPSIM_MEMSET(s->arena.base + mark, 0, s->arena.high - mark);
         extras = s->extras;
-        s->arena.used = mark;
         s->r->unknowns = s->r->islands = 0;
         s->r->centred = s->o->rule == ECP_CENTRED;
         s->r->worst_cone = s->r->merit = s->r->natural_residual = 0;
@@ -7234,6 +7268,7 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
     r->patches_left_out = ecp_i_count_pairs(&s) - s.pair_count;
     if (status == ECP_OK) status = ecp_i_verify(&s);
     if (status == ECP_OK) status = ecp_i_commit(&s);
+    ecp_i_arena_mark(&s.arena);
     if (s.arena.most + spare > r->memory_used) r->memory_used = s.arena.most + spare;
     /* work memory is zero outside a call: a failed step leaves no trace */
     ECPSIM_MEMSET(s.arena.base + world->state_bytes, 0, s.arena.high - world->state_bytes);

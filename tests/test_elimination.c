@@ -378,10 +378,9 @@ static void elimination_reorder(const elimination_island *e, int back, ecp_real 
 /* the step at e->z for the right-hand side e->F */
 static void elimination_step(elimination_island *e)
 {
+    ecp_i_release(&e->arena, e->mark, e->bytes);
     memset(e->memory + e->mark, 0, e->arena.high > e->mark ? e->arena.high - e->mark : 0);
     memset(e->memory + e->arena.low, 0, e->bytes - e->arena.low);
-    e->arena.used = e->mark;
-    e->arena.top = e->bytes;
     memset(&e->s.tree, 0, sizeof e->s.tree);
     CHECK(ecp_i_island_step(&e->s, e->z, e->F, 1, e->dz));
     CHECK(!e->arena.overflow);

@@ -3220,7 +3220,7 @@ typedef struct ecp_i_motion {
     ecp_real free[6];             /* the velocity change without contacts, M^-1 kick */
     ecp_real mass, length, speed; /* units: of mass, of length, of velocity (vs, of the island) */
     /* at the trial velocity */
-    int moved;            /* set by the first ecp_i_move */
+    int turns;            /* how many times ecp_i_move has set T, J and R */
     ecp_real dv[6], v[6]; /* change over the step, and velocity at its end */
     ecp_real dx[3];       /* displacement */
     ecp_real T[9], J[9];  /* the turn less the identity, and its derivative (ecp_i_cayley) */
@@ -3238,17 +3238,17 @@ typedef struct ecp_i_motion {
 static void ecp_i_move(ecp_i_motion *m, ecp_real h, const ecp_real dv[6])
 {
     ecp_real w[3];
-    int k, moved = m->moved;
-    for (k = 0; moved && k < 6; k++) moved = m->dv[k] == dv[k];
-    if (moved) return;
+    int k, same = m->turns > 0;
+    for (k = 0; same && k < 6; k++) same = m->dv[k] == dv[k];
+    if (same) return;
     ecp_i_copy3(m->v + 3, w);
     for (k = 0; k < 6; k++) {
         m->dv[k] = dv[k];
         m->v[k] = m->body->v[k] + (m->body->v_carry[k] + dv[k]);
     }
     ecp_i_scale(h, m->v, m->dx);
-    if (m->moved && m->v[3] == w[0] && m->v[4] == w[1] && m->v[5] == w[2]) return;
-    m->moved = 1;
+    if (m->turns > 0 && m->v[3] == w[0] && m->v[4] == w[1] && m->v[5] == w[2]) return;
+    m->turns++;
     if (m->v[3] == 0 && m->v[4] == 0 && m->v[5] == 0) {
         for (k = 0; k < 9; k++) {
             m->T[k] = 0;
@@ -3406,6 +3406,9 @@ typedef struct ecp_i_pair {
     ecp_real a_local[3], ra0[3]; /* the ECP in the frame of A, and from A's centre of mass, world */
     ecp_real N0[3], d0;          /* of a half-space: its normal, and the gap over it */
     int placed;                  /* set when all this belongs to a_local, and fa, ga as well */
+    /* the turns of A (ecp_i_motion) for which Qa, turned and ra hold; of B, for which Qb holds, and
+       the normal and tangents of a half-space; 0: none */
+    int turns_a, turns_b;
 
     /* at the trial point */
     ecp_real *fa, *ga, *fb, *gb;     /* values and gradients of f at a, of g at b */
@@ -3413,6 +3416,7 @@ typedef struct ecp_i_pair {
     ecp_real Qa[9], Qb[9];           /* primitive to world */
     ecp_real n[3], N[3], t[3], o[3]; /* world */
     ecp_real c[3], c_norm;           /* N x direction, before normalisation */
+    ecp_real turned[3];              /* what the turn of A adds to ra0 */
     ecp_real ra[3], rb[3];           /* from the centres of mass to a */
     ecp_real rb2[3];                 /* from B's to a2 */
     ecp_real b_local[3], d;
@@ -3441,9 +3445,17 @@ static int ecp_i_at_d(const ecp_i_pair *c) { return 3 + c->nl; }
 static int ecp_i_at_m(const ecp_i_pair *c) { return 4 + c->nl; }
 static int ecp_i_at_p(const ecp_i_pair *c) { return c->plane ? 3 + c->nl : 4 + c->nl + c->nm; }
 
+/* the root of the square of what is larger is the number itself, in either precision */
+#define ECP_I_SQUARE ECP_R(1e-18)
+
 /* Fischer-Burmeister a + b - sqrt(a^2 + b^2 + 2 tau^2), smoothed by tau; *r: the root. */
 static ecp_real ecp_i_fb_value(ecp_real a, ecp_real b, ecp_real tau, ecp_real *r)
 {
+    /* where one of the two is zero, as for most multipliers, the root is known */
+    if (tau == 0 && (a == 0 || b == 0) && ecp_i_abs(a + b) > ECP_I_SQUARE) {
+        *r = ecp_i_abs(a + b);
+        return a + b - *r;
+    }
     *r = ecp_i_sqrt(a * a + b * b + 2 * tau * tau);
     /* a + b - r without cancellation where both are positive */
     if (a > 0 && b > 0) return 2 * (a * b - tau * tau) / (a + b + *r);
@@ -3494,13 +3506,13 @@ static void ecp_i_plane_gap_before(ecp_i_pair *c)
 }
 
 /* The same at the end: the former plus what the step adds to it, as the sum of the two positions would
-   round the increment away. turned: what the turn adds to ra0. */
-static ecp_real ecp_i_plane_gap_after(const ecp_i_pair *c, const ecp_real turned[3])
+   round the increment away. */
+static ecp_real ecp_i_plane_gap_after(const ecp_i_pair *c)
 {
     const ecp_i_motion *ma = c->ma, *mb = c->mb;
     ecp_real moved[3], d = c->d0;
     ecp_i_sub(ma->dx, mb->dx, moved);
-    ecp_i_axpy(moved, 1, turned, moved);
+    ecp_i_axpy(moved, 1, c->turned, moved);
     if (mb->body->kind == ECP_KINEMATIC) {
         ecp_real origin[3], rel[3], turn[3];
         ecp_i_mul(mb->R0, c->b->position, origin);
@@ -3515,13 +3527,16 @@ static ecp_real ecp_i_plane_gap_after(const ecp_i_pair *c, const ecp_real turned
     return d + ecp_i_dot(c->N0, moved);
 }
 
-/* the rotation of B, and the normal of a half-space */
+/* the rotation of B; the normal and the tangents of a half-space */
 static void ecp_i_pair_turn_b(ecp_i_pair *c)
 {
+    if (c->turns_b == c->mb->turns) return;
+    c->turns_b = c->mb->turns;
     ecp_i_matmul(c->mb->R, c->b->rotation, c->Qb);
     if (!c->plane) return;
     ecp_i_mul(c->Qb, c->b->shape.size, c->N);
     ecp_i_scale(-1, c->N, c->n);
+    ecp_i_tangents(c);
 }
 
 /* What depends on the ECP a (in the frame of A) and not on the trial motion. Where a is the last one,
@@ -3532,23 +3547,22 @@ static void ecp_i_pair_place(ecp_i_pair *c, const ecp_real a[3])
     ecp_real at[3];
     if (c->placed && a[0] == last[0] && a[1] == last[1] && a[2] == last[2]) return;
     c->placed = 1;
+    c->turns_a = 0;
     ecp_i_copy3(a, c->a_local);
     c->a->shape.cls->eval(&c->a->shape, a, c->fa, c->ga);
     ecp_i_mul(c->a->rotation, a, at);
     ecp_i_axpy(at, 1, c->a->position, at);
     ecp_i_mul(c->ma->R0, at, c->ra0);
     if (c->plane) ecp_i_plane_gap_before(c);
-    if (c->mb->body->kind == ECP_STATIC) ecp_i_pair_turn_b(c);
 }
 
 /* N, rb2, b and d of a patch whose a, Qa, ra, cone are known */
-static void ecp_i_pair_normal(ecp_i_pair *c, const ecp_real *y, const ecp_real turned[3],
-                              ecp_real h)
+static void ecp_i_pair_normal(ecp_i_pair *c, const ecp_real *y, ecp_real h)
 {
     ecp_real origin[3], at[3];
-    if (c->mb->body->kind != ECP_STATIC) ecp_i_pair_turn_b(c);
+    ecp_i_pair_turn_b(c);
     if (c->plane) {
-        c->d = ecp_i_plane_gap_after(c, turned);
+        c->d = ecp_i_plane_gap_after(c);
         ecp_i_axpy(c->rb, c->d, c->n, c->rb2);
         return;
     }
@@ -3564,57 +3578,71 @@ static void ecp_i_pair_normal(ecp_i_pair *c, const ecp_real *y, const ecp_real t
     c->d_noise = c->d_floor;
 }
 
+/* |x|, smoothed by tau */
+static ecp_real ecp_i_smooth_abs(ecp_real x, ecp_real tau2)
+{
+    ecp_real size = ecp_i_abs(x);
+    return tau2 == 0 && size > ECP_I_SQUARE ? size : ecp_i_sqrt(x * x + tau2);
+}
+
 /* The projection on the ball of the radius mu p_n is z radius / max(|z|, radius); |z|, the positive
    part of p_n and the maximum are smoothed by tau. */
 static void ecp_i_projection(ecp_i_pair *c)
 {
-    ecp_real tau2 = c->tau * c->tau, p = c->p[0], apart;
+    ecp_real tau2 = c->tau * c->tau, p = c->p[0];
     c->z_norm = ecp_i_sqrt(c->z_norm + tau2);
-    c->radius = c->mu * (p + ecp_i_sqrt(p * p + tau2)) / 2;
-    apart = c->z_norm - c->radius;
-    c->outer = (c->z_norm + c->radius + ecp_i_sqrt(apart * apart + tau2)) / 2;
+    c->radius = c->mu * (p + ecp_i_smooth_abs(p, tau2)) / 2;
+    c->outer = (c->z_norm + c->radius + ecp_i_smooth_abs(c->z_norm - c->radius, tau2)) / 2;
 }
 
-/* Where the patch is and how its bodies move there, from its unknowns y but the impulses and the trial
-   motion of the two bodies. */
+/* Where the patch is, from its unknowns y but the impulses and the trial motion of the two bodies. */
 static void ecp_i_pair_geometry(ecp_i_pair *c, const ecp_real *y, ecp_real h)
 {
-    ecp_real a[3], turned[3], carried[3];
+    ecp_real a[3];
     int i, k;
     ecp_i_scale(c->L, y, a);
     ecp_i_pair_place(c, a);
     ecp_i_set3(0, 0, 0, c->cone);
     for (i = 0; i < c->nl; i++) ecp_i_axpy(c->cone, y[3 + i], c->ga + 3 * i, c->cone);
-    ecp_i_matmul(c->ma->R, c->a->rotation, c->Qa);
-    ecp_i_mul(c->ma->T, c->ra0, turned);
-    ecp_i_axpy(turned, 1, c->ra0, c->ra);
+    if (c->turns_a != c->ma->turns) {
+        c->turns_a = c->ma->turns;
+        ecp_i_matmul(c->ma->R, c->a->rotation, c->Qa);
+        ecp_i_mul(c->ma->T, c->ra0, c->turned);
+        ecp_i_axpy(c->turned, 1, c->ra0, c->ra);
+    }
     for (k = 0; k < 3; k++) c->rb[k] = c->offset[k] + (c->ma->dx[k] - c->mb->dx[k]) + c->ra[k];
-    ecp_i_pair_normal(c, y, turned, h);
-
-    ecp_i_sub(c->ma->v, c->mb->v, c->v);
-    ecp_i_add_cross(c->ma->v + 3, c->ra, c->v);
-    ecp_i_cross(c->rb, c->mb->v + 3, carried);
-    ecp_i_axpy(c->v, 1, carried, c->v);
-    ecp_i_sub(c->ma->v + 3, c->mb->v + 3, c->spin);
+    ecp_i_pair_normal(c, y, h);
 }
 
-/* The impulse on A and the projection, after the geometry and the tangents. */
-static void ecp_i_pair_impulses(ecp_i_pair *c, const ecp_real *y)
+/* The impulse on A, after the geometry and the tangents. */
+static void ecp_i_pair_impulse(ecp_i_pair *c, const ecp_real *y)
 {
     const ecp_real *p = y + ecp_i_at_p(c);
-    ecp_real w[3];
     int k;
     for (k = 0; k <= c->nf; k++) c->p[k] = p[k];
     ecp_i_scale(c->P * p[0], c->N, c->force);
     if (c->nf == 0) return;
     ecp_i_axpy(c->force, c->e[0] * c->P * p[1], c->t, c->force);
     ecp_i_axpy(c->force, c->e[1] * c->P * p[2], c->o, c->force);
+}
+
+/* How the bodies move at the patch, and the projection, after the impulse. */
+static void ecp_i_pair_slip(ecp_i_pair *c)
+{
+    ecp_real w[3], carried[3];
+    int k;
+    ecp_i_sub(c->ma->v, c->mb->v, c->v);
+    ecp_i_add_cross(c->ma->v + 3, c->ra, c->v);
+    ecp_i_cross(c->rb, c->mb->v + 3, carried);
+    ecp_i_axpy(c->v, 1, carried, c->v);
+    ecp_i_sub(c->ma->v + 3, c->mb->v + 3, c->spin);
+    if (c->nf == 0) return;
     w[0] = c->e[0] * ecp_i_dot(c->t, c->v) / c->V;
     w[1] = c->e[1] * ecp_i_dot(c->o, c->v) / c->V;
     w[2] = c->e[2] * ecp_i_dot(c->N, c->spin) / c->V;
     c->z_norm = 0;
     for (k = 0; k < c->nf; k++) {
-        c->z[k] = p[1 + k] - c->rho * w[k];
+        c->z[k] = c->p[1 + k] - c->rho * w[k];
         c->z_norm += c->z[k] * c->z[k];
     }
     ecp_i_projection(c);
@@ -3624,8 +3652,9 @@ static void ecp_i_pair_impulses(ecp_i_pair *c, const ecp_real *y)
 static void ecp_i_pair_evaluate(ecp_i_pair *c, const ecp_real *y, ecp_real h)
 {
     ecp_i_pair_geometry(c, y, h);
-    if (c->nf > 0) ecp_i_tangents(c);
-    ecp_i_pair_impulses(c, y);
+    if (c->nf > 0 && !c->plane) ecp_i_tangents(c);
+    ecp_i_pair_impulse(c, y);
+    ecp_i_pair_slip(c);
 }
 
 /* the moment impulse on A about the normal */
@@ -3637,15 +3666,20 @@ static ecp_real ecp_i_torsion(const ecp_i_pair *c)
 /* takes the patch's wrench, `sign` on this body, off its momentum balance */
 static void ecp_i_wrench(const ecp_i_pair *c, ecp_i_motion *m, const ecp_real r[3], ecp_real sign)
 {
-    ecp_real moment[3], size = c->P * ecp_i_abs(c->p[0]), arm = ecp_i_norm(r);
-    int k;
+    ecp_real moment[3];
     ecp_i_scale(ecp_i_torsion(c), c->N, moment);
     ecp_i_add_cross(r, c->force, moment);
     ecp_i_axpy(m->residual, -sign, c->force, m->residual);
     ecp_i_axpy(m->residual + 3, -sign, moment, m->residual + 3);
+}
+
+/* the size of the patch's impulse, whatever cancels in it */
+static ecp_real ecp_i_impulse_size(const ecp_i_pair *c)
+{
+    ecp_real size = c->P * ecp_i_abs(c->p[0]);
+    int k;
     for (k = 1; k <= c->nf; k++) size += ecp_i_abs(c->e[k - 1] * c->P * c->p[k]);
-    m->floor[0] += size;
-    m->floor[1] += size * arm;
+    return size;
 }
 
 /* The patch's rows of F, after ecp_i_pair_evaluate. */
@@ -3725,8 +3759,8 @@ static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_change *t, co
                                   const ecp_real dt[3], const ecp_real d_o[3], ecp_real *column)
 {
     ecp_real dz[3], along = 0, d_radius, apart = c->z_norm - c->radius, tau2 = c->tau * c->tau;
-    ecp_real q = ecp_i_sqrt(apart * apart + tau2), p = c->p[0], size = ecp_i_sqrt(p * p + tau2),
-             slope;
+    ecp_real q = ecp_i_smooth_abs(apart, tau2), p = c->p[0], size = ecp_i_smooth_abs(p, tau2);
+    ecp_real slope;
     int k, ld = c->columns;
     dz[0] = ecp_i_dot(dt, c->v) + ecp_i_dot(c->t, t->v);
     dz[1] = ecp_i_dot(d_o, c->v) + ecp_i_dot(c->o, t->v);
@@ -4793,7 +4827,8 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real ta
     int i, k, r;
     for (i = 0; i < s->body_count; i++) {
         ecp_i_motion *m = s->motions + s->bodies[i];
-        for (k = 0; k < 6; k++) dv[k] = z[6 * i + k] * (k < 3 ? m->speed : m->speed / m->length);
+        ecp_i_scale(m->speed, z + 6 * i, dv);
+        ecp_i_scale(m->speed / m->length, z + 6 * i + 3, dv + 3);
         ecp_i_move(m, s->h, dv);
         for (k = 0; k < 3; k++) m->residual[k] = m->mass * dv[k] - m->kick[k];
         ecp_i_mul(m->inertia, dv + 3, m->residual + 3);
@@ -4804,35 +4839,46 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real ta
     }
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
+        ecp_real size;
         c->tau = tau;
         ecp_i_pair_evaluate(c, z + c->at, s->h);
         ecp_i_pair_residual(c, z + c->at, s->h, F + c->at);
         ecp_i_pair_noise(c, s->h, 0);
-        if (c->ma->dynamic) ecp_i_wrench(c, c->ma, c->ra, 1);
-        if (c->mb->dynamic) ecp_i_wrench(c, c->mb, c->rb, -1);
+        size = ecp_i_impulse_size(c);
+        if (c->ma->dynamic) {
+            ecp_i_wrench(c, c->ma, c->ra, 1);
+            c->ma->floor[0] += size;
+            c->ma->floor[1] += size * ecp_i_norm(c->ra);
+        }
+        if (c->mb->dynamic) {
+            ecp_i_wrench(c, c->mb, c->rb, -1);
+            c->mb->floor[0] += size;
+            c->mb->floor[1] += size * ecp_i_norm(c->rb);
+        }
     }
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs[i];
-        ecp_real jitter = c->ma->dynamic ? c->ma->jitter : ECP_R(0);
-        int gap = c->at + ecp_i_at_p(c);
+        const ecp_real *row = F + c->at;
+        ecp_real jitter = c->ma->dynamic ? c->ma->jitter : ECP_R(0), geometry, friction;
+        int normal = c->plane ? 3 : 4, gap = ecp_i_at_p(c);
         if (c->mb->dynamic) jitter = ecp_i_max(jitter, c->mb->jitter);
-        for (r = c->at; r < c->at + c->count; r++) {
-            ecp_real size = ecp_i_abs(F[r]);
-            if (r < gap) size -= jitter * s->h / c->L;
-            if (r < c->at + (c->plane ? 3 : 4)) size -= c->n_noise;
-            if (r == gap) size -= c->d_noise / (s->h * c->V);
-            if (r > gap) size -= jitter / c->V;
-            ecp_i_worst(&worst, size);
+        geometry = jitter * s->h / c->L;
+        friction = jitter / c->V;
+        for (r = 0; r < normal; r++) {
+            ecp_i_worst(&worst, ecp_i_abs(row[r]) - geometry - c->n_noise);
         }
+        for (; r < gap; r++) ecp_i_worst(&worst, ecp_i_abs(row[r]) - geometry);
+        ecp_i_worst(&worst, ecp_i_abs(row[r++]) - c->d_noise / (s->h * c->V));
+        for (; r < c->count; r++) ecp_i_worst(&worst, ecp_i_abs(row[r]) - friction);
     }
     for (i = 0; i < s->body_count; i++) {
         ecp_i_motion *m = s->motions + s->bodies[i];
-        ecp_real unit = m->mass * m->speed;
+        ecp_real unit = m->mass * m->speed, noise = m->noise / m->speed;
         for (k = 0; k < 6; k++) {
             ecp_real scale = k < 3 ? unit : unit * m->length, size;
             F[6 * i + k] = m->residual[k] / scale;
             size = ecp_i_abs(F[6 * i + k]) - 16 * ECP_I_EPSILON * m->floor[k / 3] / scale;
-            ecp_i_worst(&worst, size - m->noise / m->speed);
+            ecp_i_worst(&worst, size - noise);
         }
     }
     return worst;
@@ -6782,18 +6828,21 @@ static void ecp_i_island_units(ecp_i_island *s)
     }
 }
 
-/* the direction that fixes the tangents: the material's, or the world axis most across the normal */
+/* the direction that fixes the tangents: the material's, or the world axis most across the normal;
+   and these tangents */
 static void ecp_i_set_direction(ecp_i_pair *c)
 {
     ecp_real across[3];
     int k, best = 0;
     ecp_i_cross(c->N, c->direction, across);
-    if (ecp_i_norm(across) > ECP_R(1e-3)) return;
-    for (k = 1; k < 3; k++) {
-        if (ecp_i_abs(c->N[k]) < ecp_i_abs(c->N[best])) best = k;
+    if (!(ecp_i_norm(across) > ECP_R(1e-3))) {
+        for (k = 1; k < 3; k++) {
+            if (ecp_i_abs(c->N[k]) < ecp_i_abs(c->N[best])) best = k;
+        }
+        ecp_i_set3(0, 0, 0, c->direction);
+        c->direction[best] = 1;
     }
-    ecp_i_set3(0, 0, 0, c->direction);
-    c->direction[best] = 1;
+    ecp_i_tangents(c);
 }
 
 /* the geometry of the last step's solution, in this step's units; impulses zero */
@@ -6853,9 +6902,10 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         for (j = 0; j < 6; j++) {
             dv[j] = part * (m->body->v[j] + m->free[j]) - m->body->v[j];
             if (k < 3 || k > 6) dv[j] = m->free[j];
-            z[6 * i + j] = dv[j] / (j < 3 ? m->speed : m->speed / m->length);
             m->residual[j] = 0;
         }
+        ecp_i_scale(1 / m->speed, dv, z + 6 * i);
+        ecp_i_scale(m->length / m->speed, dv + 3, z + 6 * i + 3);
         m->noise = m->jitter = 0;
         ecp_i_move(m, s->h, dv);
     }
@@ -6872,7 +6922,6 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
                                   ECP_I_FLAT, z + c->at);
         ecp_i_pair_geometry(c, z + c->at, s->h);
         ecp_i_set_direction(c);
-        ecp_i_tangents(c);
         if (k > 6) {
             ecp_i_aside(c, k, aside);
             ecp_i_start_geometric(c, s->h, aside, ECP_I_FLAT, z + c->at);
@@ -6880,7 +6929,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
             ecp_i_tangents(c);
         }
         if (warm) ecp_i_start_impulses(s, c, z + c->at);
-        ecp_i_pair_impulses(c, z + c->at);
+        ecp_i_pair_impulse(c, z + c->at);
         ecp_i_pair_noise(c, s->h, 2 * s->noise);
         if (c->ma->dynamic) ecp_i_wrench(c, c->ma, warm ? c->ra : none, 1);
         if (c->mb->dynamic) ecp_i_wrench(c, c->mb, warm ? c->rb : none, -1);
@@ -6892,7 +6941,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         for (j = 0; j < 6; j++) {
             ecp_real unit = j < 3 ? m->speed : m->speed / m->length;
             dv[j] = m->free[j] - dv[j];
-            noise = s->noise * unit + m->noise * (j < 3 ? 1 : 1 / m->length);
+            noise = s->noise * unit + (j < 3 ? m->noise : m->noise / m->length);
             if (ecp_i_abs(m->body->v[j] + (m->body->v_carry[j] + dv[j])) <= noise) {
                 dv[j] = -m->body->v[j] - m->body->v_carry[j];
             }

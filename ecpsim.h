@@ -3218,6 +3218,8 @@ typedef struct ecp_i_motion {
     ecp_real whole[6];            /* p_app + p_vp of equ:discrete_NE */
     ecp_real kick[6];             /* what the equations take of it; all, but for ecp_i_ramp */
     ecp_real free[6];             /* the velocity change without contacts, M^-1 kick */
+    ecp_real far;                 /* |x| at the beginning of the step */
+    ecp_real drift, swing;        /* h |free|, linear; h (|w| + |free|), angular */
     ecp_real mass, length, speed; /* units: of mass, of length, of velocity (vs, of the island) */
     /* at the trial velocity */
     int turns;            /* how many times ecp_i_move has set T, J and R */
@@ -3369,6 +3371,9 @@ static void ecp_i_predict(const ecp_world *w, const ecp_i_body *b, ecp_real h, e
         ecp_i_velocity_change(m, m->kick, m->free);
         ECPSIM_MEMCPY(m->whole, m->kick, sizeof m->whole);
     }
+    m->far = ecp_i_norm(b->x);
+    m->drift = h * ecp_i_norm(m->free);
+    m->swing = h * ecp_i_norm(b->v + 3) + h * ecp_i_norm(m->free + 3);
     ecp_i_move(m, h, m->dynamic ? m->free : none);
 }
 
@@ -6020,11 +6025,13 @@ static int ecp_i_start_spots(ecp_i_island *s, ecp_real *z)
    if they are no farther apart than the difference of their displacements, and half as much again. */
 typedef struct ecp_i_box {
     ecp_real lo[3], hi[3], dx_lo[3], dx_hi[3];
+    int body, last; /* the body of all that is in it, ECP_I_FREE for several; the highest index */
 } ecp_i_box;
 
 /* Bounds of all primitives, and a binary tree over those of the bounded ones in the order of their
    places along a space-filling curve: node i has the children 2 i and 2 i + 1, the leaves are nodes
-   `count` to 2 count - 1. A half-space keeps its normal in lo and its offset in hi[0]. */
+   `count` to 2 count - 1, and theirs are the primitives' boxes. A half-space keeps its normal in lo
+   and its offset in hi[0]. */
 typedef struct ecp_i_broad {
     ecp_i_box *boxes, *nodes;
     uint32_t *code;
@@ -6035,7 +6042,7 @@ typedef struct ecp_i_broad {
 static void ecp_i_carve_broad(ecp_i_arena *arena, int shapes, ecp_i_broad *b)
 {
     b->boxes = (ecp_i_box *)ecp_i_take(arena, (size_t)shapes, sizeof(ecp_i_box));
-    b->nodes = (ecp_i_box *)ecp_i_take(arena, 2 * (size_t)shapes, sizeof(ecp_i_box));
+    b->nodes = (ecp_i_box *)ecp_i_take(arena, (size_t)shapes, sizeof(ecp_i_box));
     b->code = (uint32_t *)ecp_i_take(arena, (size_t)shapes, sizeof(uint32_t));
     b->leaf = ecp_i_take_ints(arena, 4 * shapes);
     if (!b->leaf) return;
@@ -6053,6 +6060,8 @@ static void ecp_i_box_join(const ecp_i_box *a, const ecp_i_box *b, ecp_i_box *ou
         out->dx_lo[k] = ecp_i_min(a->dx_lo[k], b->dx_lo[k]);
         out->dx_hi[k] = ecp_i_max(a->dx_hi[k], b->dx_hi[k]);
     }
+    out->body = a->body == b->body ? a->body : ECP_I_FREE;
+    out->last = a->last > b->last ? a->last : b->last;
 }
 
 /* can the displacements of a and b, at their most different, and half as much again, close a gap? */
@@ -6087,13 +6096,12 @@ static ecp_real ecp_i_part_reach(const ecp_i_part *p)
 
 /* How far the primitive may go beyond its body's free displacement before a pair that was left out
    must be looked at again: what contacts do to a body at rest, half as much again for its turn, and
-   a little of its size. */
-static ecp_real ecp_i_margin(const ecp_i_part *p, const ecp_i_motion *m, ecp_real h)
+   a little of its size. reach: of ecp_i_part_reach */
+static ecp_real ecp_i_margin(const ecp_i_part *p, const ecp_i_motion *m, ecp_real reach)
 {
-    ecp_real turn = h * ecp_i_norm(m->body->v + 3), free = h * ecp_i_norm(m->free + 3);
     if (p->shape.kind == ECP_HALF_SPACE) return 0;
-    return h * ecp_i_norm(m->free) + ECP_R(1.5) * ecp_i_part_reach(p) * (turn + free) +
-           ECP_R(1e-3) * p->shape.radius + 8 * ECP_I_EPSILON * ecp_i_norm(m->body->x);
+    return m->drift + ECP_R(1.5) * reach * m->swing + ECP_R(1e-3) * p->shape.radius +
+           8 * ECP_I_EPSILON * m->far;
 }
 
 /* the primitive's box at the beginning of the step, `reach` wider on all sides, with its displacement;
@@ -6101,8 +6109,9 @@ static ecp_real ecp_i_margin(const ecp_i_part *p, const ecp_i_motion *m, ecp_rea
 static void ecp_i_part_box(const ecp_i_part *p, const ecp_i_motion *m, int at_end, ecp_real reach,
                            ecp_i_box *box)
 {
-    const ecp_real *R = at_end ? m->R : m->R0;
-    int j, k;
+    const ecp_real *R = at_end ? m->R : m->R0, *centre = p->box_centre, *size = p->box_half;
+    int k;
+    box->body = p->body;
     for (k = 0; k < 3; k++) box->dx_lo[k] = box->dx_hi[k] = at_end ? ECP_R(0) : m->dx[k];
     if (p->shape.kind == ECP_HALF_SPACE) {
         ecp_real local[3], origin[3];
@@ -6114,14 +6123,13 @@ static void ecp_i_part_box(const ecp_i_part *p, const ecp_i_motion *m, int at_en
         box->hi[0] = ecp_i_dot(box->lo, origin) + p->shape.size[3];
         return;
     }
-    for (j = 0; j < 3; j++) {
-        ecp_real x = m->body->x[j] + (at_end ? m->dx[j] : ECP_R(0)), half = reach;
-        for (k = 0; k < 3; k++) {
-            x += R[3 * j + k] * p->box_centre[k];
-            half += ecp_i_abs(R[3 * j + k]) * p->box_half[k];
-        }
-        box->lo[j] = x - half;
-        box->hi[j] = x + half;
+    for (k = 0; k < 3; k++, R += 3) {
+        ecp_real x = m->body->x[k] + (at_end ? m->dx[k] : ECP_R(0)), half = reach;
+        x = x + R[0] * centre[0] + R[1] * centre[1] + R[2] * centre[2];
+        half = half + ecp_i_abs(R[0]) * size[0] + ecp_i_abs(R[1]) * size[1];
+        half += ecp_i_abs(R[2]) * size[2];
+        box->lo[k] = x - half;
+        box->hi[k] = x + half;
     }
 }
 
@@ -6171,10 +6179,15 @@ static void ecp_i_sort_leaves(ecp_i_broad *b)
     }
 }
 
-/* the tree over the boxes of all shapes that are there */
+static const ecp_i_box *ecp_i_broad_node(const ecp_i_broad *b, int node)
+{
+    return node < b->count ? b->nodes + node : b->boxes + b->leaf[node - b->count];
+}
+
+/* the tree over the boxes of all shapes that are there; none where these are all of one body */
 static void ecp_i_broad_build(ecp_i_broad *b, const ecp_i_part *parts, int shapes)
 {
-    ecp_i_box all = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+    ecp_i_box all = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}, 0, 0};
     int i;
     b->count = b->plane_count = 0;
     for (i = 0; i < shapes; i++) {
@@ -6183,17 +6196,18 @@ static void ecp_i_broad_build(ecp_i_broad *b, const ecp_i_part *parts, int shape
             b->planes[b->plane_count++] = i;
             continue;
         }
+        b->boxes[i].last = i;
         if (b->count == 0) all = b->boxes[i];
         ecp_i_box_join(&all, b->boxes + i, &all);
         b->leaf[b->count++] = i;
     }
+    if (all.body != ECP_I_FREE) b->count = 0;
     for (i = 0; b->count > 1 && i < b->count; i++) {
         b->code[b->leaf[i]] = ecp_i_morton(&all, b->boxes + b->leaf[i]);
     }
     ecp_i_sort_leaves(b);
-    for (i = 0; i < b->count; i++) b->nodes[b->count + i] = b->boxes[b->leaf[i]];
     for (i = b->count - 1; i > 0; i--) {
-        ecp_i_box_join(b->nodes + 2 * i, b->nodes + 2 * i + 1, b->nodes + i);
+        ecp_i_box_join(ecp_i_broad_node(b, 2 * i), ecp_i_broad_node(b, 2 * i + 1), b->nodes + i);
     }
 }
 
@@ -6208,8 +6222,8 @@ static int ecp_i_insert_hit(int *hits, int count, int hit)
     return count + 1;
 }
 
-/* Lists in b->hits, in ascending order, the primitives after number `after` whose bounds meet those
-   of primitive i (which is bounded). Returns how many. */
+/* Lists in b->hits, in ascending order, the primitives of other bodies after number `after` whose
+   bounds meet those of primitive i (which is bounded). Returns how many. */
 static int ecp_i_broad_query(ecp_i_broad *b, int i, int after)
 {
     int stack[64], depth = 0, found = 0, j, k;
@@ -6217,12 +6231,13 @@ static int ecp_i_broad_query(ecp_i_broad *b, int i, int after)
     if (b->count > 0) stack[depth++] = 1;
     while (depth > 0) {
         int node = stack[--depth];
-        if (!ecp_i_boxes_meet(b->nodes + node, box)) continue;
+        const ecp_i_box *met = ecp_i_broad_node(b, node);
+        if (met->last <= after || met->body == box->body || !ecp_i_boxes_meet(met, box)) continue;
         if (node < b->count) {
             stack[depth++] = 2 * node;
             stack[depth++] = 2 * node + 1;
-        } else if (b->leaf[node - b->count] > after && b->leaf[node - b->count] != i) {
-            b->hits[found++] = b->leaf[node - b->count];
+        } else {
+            b->hits[found++] = met->last;
         }
     }
     for (k = 0; k < b->plane_count; k++) {
@@ -6261,7 +6276,7 @@ typedef struct ecp_i_step {
     int *notes;  /* of each pair: its shapes, lower first, and its patch in the world or -1 */
     int *bodies; /* of an island */
     ecp_i_broad broad;
-    ecp_real *margins; /* of each primitive, ecp_i_margin */
+    ecp_real *margins, *reaches; /* of each primitive, ecp_i_margin and ecp_i_part_reach */
     ecp_i_pair **members;
 } ecp_i_step;
 
@@ -6284,6 +6299,7 @@ static void ecp_i_carve_step(ecp_i_arena *arena, int bodies, int shapes, int pat
     s->motions = (ecp_i_motion *)ecp_i_take(arena, (size_t)bodies, sizeof(ecp_i_motion));
     s->bodies = ecp_i_take_ints(arena, bodies);
     s->margins = ecp_i_take_reals(arena, shapes, 1);
+    s->reaches = ecp_i_take_reals(arena, shapes, 1);
     ecp_i_carve_broad(arena, shapes, &s->broad);
     s->extra = ecp_i_take_ints(arena, 2 * patches);
     s->notes = ecp_i_take_ints(arena, 3 * patches);
@@ -6571,7 +6587,8 @@ static ecp_status ecp_i_find_pairs(ecp_i_step *s)
     for (i = 0; i < shapes; i++) {
         const ecp_i_motion *m = s->motions + parts[i].body;
         if (parts[i].body == ECP_I_FREE) continue;
-        s->margins[i] = ecp_i_margin(parts + i, m, s->h);
+        s->reaches[i] = ecp_i_part_reach(parts + i);
+        s->margins[i] = ecp_i_margin(parts + i, m, s->reaches[i]);
         ecp_i_part_box(parts + i, m, 0, s->margins[i], b->boxes + i);
         /* a half-space that moves is left to ecp_i_near */
         if (parts[i].shape.kind == ECP_HALF_SPACE && m->body->kind == ECP_KINEMATIC) {
@@ -6627,7 +6644,7 @@ static int ecp_i_strayed(const ecp_i_step *s, int i)
     ecp_real off[3];
     if (!m->dynamic) return 0;
     ecp_i_sub(m->dv, m->free, off);
-    return s->h * (ecp_i_norm(off) + ecp_i_part_reach(p) * ecp_i_norm(m->v + 3)) > s->margins[i];
+    return s->h * (ecp_i_norm(off) + s->reaches[i] * ecp_i_norm(m->v + 3)) > s->margins[i];
 }
 
 /* adds pairs that were left out but overlap at the end of the step to the extra ones */

@@ -846,9 +846,10 @@ extern "C" {
 #endif
 
 static ecp_real ecp_i_sqrt(ecp_real x) { return ECPSIM_SQRT(x); }
-static ecp_real ecp_i_abs(ecp_real x) { return x < 0 ? -x : x; }
+/* in this form compilers have an instruction for each, where x < 0 ? -x : x would be a jump */
 static ecp_real ecp_i_max(ecp_real a, ecp_real b) { return a > b ? a : b; }
 static ecp_real ecp_i_min(ecp_real a, ecp_real b) { return a < b ? a : b; }
+static ecp_real ecp_i_abs(ecp_real x) { return ecp_i_max(-x, x); }
 
 /* The power of two at or below x > 0: units are such powers, so that scaling by them rounds nothing. */
 static ecp_real ecp_i_power_of_two(ecp_real x)
@@ -868,16 +869,16 @@ static int ecp_i_finite(ecp_real x) { return x - x == 0; }
 /* *worst = max(*worst, value), where NaN is the largest of all and stays */
 static void ecp_i_worst(ecp_real *worst, ecp_real value)
 {
+    if (value <= *worst) return;
     if (value > *worst || value != value) *worst = value;
 }
 
 static int ecp_i_all_finite(int n, const ecp_real *x)
 {
+    ecp_real zero = 0;
     int i;
-    for (i = 0; i < n; i++) {
-        if (!ecp_i_finite(x[i])) return 0;
-    }
-    return 1;
+    for (i = 0; i < n; i++) zero += x[i] - x[i];
+    return zero == 0;
 }
 
 /* >>vectors: 3-vectors and 3 x 3 matrices; outputs last, and never an alias of an input unless said */
@@ -890,6 +891,13 @@ static void ecp_i_set3(ecp_real a, ecp_real b, ecp_real c, ecp_real out[3])
 }
 
 static void ecp_i_copy3(const ecp_real a[3], ecp_real out[3]) { ecp_i_set3(a[0], a[1], a[2], out); }
+
+static int ecp_i_equal(const ecp_real a[3], const ecp_real b[3])
+{
+    return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
+}
+
+static int ecp_i_is_zero(const ecp_real a[3]) { return a[0] == 0 && a[1] == 0 && a[2] == 0; }
 
 static ecp_real ecp_i_dot(const ecp_real a[3], const ecp_real b[3])
 {
@@ -3214,7 +3222,7 @@ typedef struct ecp_i_motion {
     struct ecp_i_motion *next_ready;
     ecp_real R0[9];               /* rotation at the beginning of the step */
     ecp_real inertia[9];          /* about the centre of mass, world axes, beginning of the step */
-    ecp_real root[9];             /* its factor, of ecp_i_root */
+    ecp_real root[9];             /* its factor, of ecp_i_root, once it is needed; zero before */
     ecp_real whole[6];            /* p_app + p_vp of equ:discrete_NE */
     ecp_real kick[6];             /* what the equations take of it; all, but for ecp_i_ramp */
     ecp_real free[6];             /* the velocity change without contacts, M^-1 kick */
@@ -3240,23 +3248,21 @@ typedef struct ecp_i_motion {
 static void ecp_i_move(ecp_i_motion *m, ecp_real h, const ecp_real dv[6])
 {
     ecp_real w[3];
-    int k, same = m->turns > 0;
-    for (k = 0; same && k < 6; k++) same = m->dv[k] == dv[k];
-    if (same) return;
+    int k;
+    if (m->turns > 0 && ecp_i_equal(m->dv, dv) && ecp_i_equal(m->dv + 3, dv + 3)) return;
     ecp_i_copy3(m->v + 3, w);
     for (k = 0; k < 6; k++) {
         m->dv[k] = dv[k];
         m->v[k] = m->body->v[k] + (m->body->v_carry[k] + dv[k]);
     }
     ecp_i_scale(h, m->v, m->dx);
-    if (m->turns > 0 && m->v[3] == w[0] && m->v[4] == w[1] && m->v[5] == w[2]) return;
+    if (m->turns > 0 && ecp_i_equal(m->v + 3, w)) return;
     m->turns++;
-    if (m->v[3] == 0 && m->v[4] == 0 && m->v[5] == 0) {
-        for (k = 0; k < 9; k++) {
-            m->T[k] = 0;
-            m->J[k] = k % 4 ? ECP_R(0) : h;
-            m->R[k] = m->R0[k];
-        }
+    if (ecp_i_is_zero(m->v + 3)) {
+        ECPSIM_MEMSET(m->T, 0, sizeof m->T);
+        ECPSIM_MEMSET(m->J, 0, sizeof m->J);
+        m->J[0] = m->J[4] = m->J[8] = h;
+        ECPSIM_MEMCPY(m->R, m->R0, sizeof m->R);
         return;
     }
     ecp_i_cayley(m->v + 3, h, m->T, m->J);
@@ -3265,11 +3271,15 @@ static void ecp_i_move(ecp_i_motion *m, ecp_real h, const ecp_real dv[6])
 }
 
 /* what M^-1 makes of an impulse (linear, angular) */
-static void ecp_i_velocity_change(const ecp_i_motion *m, const ecp_real impulse[6], ecp_real dv[6])
+static void ecp_i_velocity_change(ecp_i_motion *m, const ecp_real impulse[6], ecp_real dv[6])
 {
     ecp_i_scale(1 / m->body->mass, impulse, dv);
     ecp_i_copy3(impulse + 3, dv + 3);
-    if (dv[3] == 0 && dv[4] == 0 && dv[5] == 0) return;
+    if (ecp_i_is_zero(dv + 3)) return;
+    if (m->root[0] == 0) {
+        ECPSIM_MEMCPY(m->root, m->inertia, sizeof m->root);
+        ecp_i_root(m->root);
+    }
     ecp_i_root_solve(m->root, dv + 3);
 }
 
@@ -3330,9 +3340,11 @@ static void ecp_i_gyroscopic(const ecp_real inertia[9], const ecp_real w[3], ecp
                              ecp_real moment[3])
 {
     ecp_real Iw[3], change[3], L[9];
+    ecp_i_set3(0, 0, 0, moment);
+    if (ecp_i_is_zero(w)) return;
     ecp_i_mul(inertia, w, Iw);
     ecp_i_cross(w, Iw, moment);
-    if (moment[0] == 0 && moment[1] == 0 && moment[2] == 0) return;
+    if (ecp_i_is_zero(moment)) return;
     ECPSIM_MEMCPY(L, inertia, sizeof L);
     ecp_i_copy3(moment, change);
     ecp_i_root(L);
@@ -3361,8 +3373,6 @@ static void ecp_i_predict(const ecp_world *w, const ecp_i_body *b, ecp_real h, e
         m->mass = b->mass;
         m->length = b->length;
         ecp_i_congruence(m->R0, b->inertia, m->inertia);
-        ECPSIM_MEMCPY(m->root, m->inertia, sizeof m->root);
-        ecp_i_root(m->root);
         ecp_i_gyroscopic(m->inertia, b->v + 3, h, gyro);
         for (k = 0; k < 3; k++) {
             m->kick[k] = h * (b->mass * w->desc.gravity[k] + b->force[k]) + b->impulse[k];
@@ -3370,10 +3380,12 @@ static void ecp_i_predict(const ecp_world *w, const ecp_i_body *b, ecp_real h, e
         }
         ecp_i_velocity_change(m, m->kick, m->free);
         ECPSIM_MEMCPY(m->whole, m->kick, sizeof m->whole);
+        m->drift = h * ecp_i_norm(m->free);
+        m->swing = h * ecp_i_norm(b->v + 3) + h * ecp_i_norm(m->free + 3);
+    } else if (b->kind == ECP_KINEMATIC) {
+        m->swing = h * ecp_i_norm(b->v + 3);
     }
     m->far = ecp_i_norm(b->x);
-    m->drift = h * ecp_i_norm(m->free);
-    m->swing = h * ecp_i_norm(b->v + 3) + h * ecp_i_norm(m->free + 3);
     ecp_i_move(m, h, m->dynamic ? m->free : none);
 }
 
@@ -3404,7 +3416,7 @@ typedef struct ecp_i_pair {
     struct ecp_i_pair *next_below; /* of the patches that carry the same body */
     ecp_i_motion *carried;         /* the body that rests on the other, against gravity */
     ecp_real weight[3];            /* of the load, as an impulse upwards in units P */
-    ecp_real e_scaled[3], rho;
+    ecp_real rho;
     ecp_real offset[3]; /* x_A - x_B at the beginning of the step */
 
     /* at the ECP and the beginning of the step (ecp_i_pair_place) */
@@ -3491,6 +3503,23 @@ static void ecp_i_tangents(ecp_i_pair *c)
     ecp_i_cross(c->o, c->N, c->t);
 }
 
+/* the direction that fixes the tangents: the material's, or the world axis most across the normal;
+   and these tangents */
+static void ecp_i_set_direction(ecp_i_pair *c)
+{
+    ecp_real across[3] = {0, 0, 0};
+    int k, best = 0;
+    if (!ecp_i_is_zero(c->direction)) ecp_i_cross(c->N, c->direction, across);
+    if (ecp_i_is_zero(across) || !(ecp_i_norm(across) > ECP_R(1e-3))) {
+        for (k = 1; k < 3; k++) {
+            if (ecp_i_abs(c->N[k]) < ecp_i_abs(c->N[best])) best = k;
+        }
+        ecp_i_set3(0, 0, 0, c->direction);
+        c->direction[best] = 1;
+    }
+    ecp_i_tangents(c);
+}
+
 /* The gap of a over the half-space {x : size.x <= size[3]} at the beginning of the step; zero when it
    is no more than its rounding error. */
 static void ecp_i_plane_gap_before(ecp_i_pair *c)
@@ -3532,7 +3561,7 @@ static ecp_real ecp_i_plane_gap_after(const ecp_i_pair *c)
     return d + ecp_i_dot(c->N0, moved);
 }
 
-/* the rotation of B; the normal and the tangents of a half-space */
+/* the rotation of B; the normal and the tangents of a half-space, which stay as they are in a step */
 static void ecp_i_pair_turn_b(ecp_i_pair *c)
 {
     if (c->turns_b == c->mb->turns) return;
@@ -3541,16 +3570,15 @@ static void ecp_i_pair_turn_b(ecp_i_pair *c)
     if (!c->plane) return;
     ecp_i_mul(c->Qb, c->b->shape.size, c->N);
     ecp_i_scale(-1, c->N, c->n);
-    ecp_i_tangents(c);
+    ecp_i_set_direction(c);
 }
 
 /* What depends on the ECP a (in the frame of A) and not on the trial motion. Where a is the last one,
    as in the first residual after a start, nothing is to be done. */
 static void ecp_i_pair_place(ecp_i_pair *c, const ecp_real a[3])
 {
-    const ecp_real *last = c->a_local;
     ecp_real at[3];
-    if (c->placed && a[0] == last[0] && a[1] == last[1] && a[2] == last[2]) return;
+    if (c->placed && ecp_i_equal(a, c->a_local)) return;
     c->placed = 1;
     c->turns_a = 0;
     ecp_i_copy3(a, c->a_local);
@@ -3561,26 +3589,28 @@ static void ecp_i_pair_place(ecp_i_pair *c, const ecp_real a[3])
     if (c->plane) ecp_i_plane_gap_before(c);
 }
 
-/* N, rb2, b and d of a patch whose a, Qa, ra, cone are known */
-static void ecp_i_pair_normal(ecp_i_pair *c, const ecp_real *y, ecp_real h)
+/* N, and the rounding error of the gap, of a patch whose Qa, ra, rb, cone are known */
+static void ecp_i_pair_normal(ecp_i_pair *c)
 {
-    ecp_real origin[3], at[3];
     ecp_i_pair_turn_b(c);
-    if (c->plane) {
-        c->d = ecp_i_plane_gap_after(c);
-        ecp_i_axpy(c->rb, c->d, c->n, c->rb2);
-        return;
-    }
+    if (c->plane) return;
     ecp_i_mul(c->Qa, c->cone, c->n);
     ecp_i_scale(-1, c->n, c->N);
-    c->d = h * c->V * y[ecp_i_at_d(c)];
+    c->d_floor = ECP_I_EPSILON * (ecp_i_norm(c->offset) + ecp_i_norm(c->ra) + ecp_i_norm(c->rb));
+    c->d_noise = c->d_floor;
+}
+
+/* after that: d, rb2, and b with g there */
+static void ecp_i_pair_gap(ecp_i_pair *c, const ecp_real *y, ecp_real h)
+{
+    ecp_real origin[3], at[3];
+    c->d = c->plane ? ecp_i_plane_gap_after(c) : h * c->V * y[ecp_i_at_d(c)];
     ecp_i_axpy(c->rb, c->d, c->n, c->rb2);
+    if (c->plane) return;
     ecp_i_mul(c->mb->R, c->b->position, origin);
     ecp_i_sub(c->rb2, origin, at);
     ecp_i_mul_t(c->Qb, at, c->b_local);
     c->b->shape.cls->eval(&c->b->shape, c->b_local, c->fb, c->gb);
-    c->d_floor = ECP_I_EPSILON * (ecp_i_norm(c->offset) + ecp_i_norm(c->ra) + ecp_i_norm(c->rb));
-    c->d_noise = c->d_floor;
 }
 
 /* |x|, smoothed by tau */
@@ -3600,23 +3630,25 @@ static void ecp_i_projection(ecp_i_pair *c)
     c->outer = (c->z_norm + c->radius + ecp_i_smooth_abs(c->z_norm - c->radius, tau2)) / 2;
 }
 
-/* Where the patch is, from its unknowns y but the impulses and the trial motion of the two bodies. */
-static void ecp_i_pair_geometry(ecp_i_pair *c, const ecp_real *y, ecp_real h)
+/* Where the patch is on A and its normal, from its unknowns y and the trial motion of the two bodies. */
+static void ecp_i_pair_geometry(ecp_i_pair *c, const ecp_real *y)
 {
-    ecp_real a[3];
-    int i, k;
+    ecp_real a[3], cone[3] = {0, 0, 0}, moved[3];
+    int i;
     ecp_i_scale(c->L, y, a);
     ecp_i_pair_place(c, a);
-    ecp_i_set3(0, 0, 0, c->cone);
-    for (i = 0; i < c->nl; i++) ecp_i_axpy(c->cone, y[3 + i], c->ga + 3 * i, c->cone);
+    for (i = 0; i < c->nl; i++) ecp_i_axpy(cone, y[3 + i], c->ga + 3 * i, cone);
+    ecp_i_copy3(cone, c->cone);
     if (c->turns_a != c->ma->turns) {
         c->turns_a = c->ma->turns;
         ecp_i_matmul(c->ma->R, c->a->rotation, c->Qa);
         ecp_i_mul(c->ma->T, c->ra0, c->turned);
         ecp_i_axpy(c->turned, 1, c->ra0, c->ra);
     }
-    for (k = 0; k < 3; k++) c->rb[k] = c->offset[k] + (c->ma->dx[k] - c->mb->dx[k]) + c->ra[k];
-    ecp_i_pair_normal(c, y, h);
+    ecp_i_sub(c->ma->dx, c->mb->dx, moved);
+    ecp_i_axpy(c->offset, 1, moved, moved);
+    ecp_i_axpy(moved, 1, c->ra, c->rb);
+    ecp_i_pair_normal(c);
 }
 
 /* The impulse on A, after the geometry and the tangents. */
@@ -3642,9 +3674,10 @@ static void ecp_i_pair_slip(ecp_i_pair *c)
     ecp_i_axpy(c->v, 1, carried, c->v);
     ecp_i_sub(c->ma->v + 3, c->mb->v + 3, c->spin);
     if (c->nf == 0) return;
-    w[0] = c->e[0] * ecp_i_dot(c->t, c->v) / c->V;
-    w[1] = c->e[1] * ecp_i_dot(c->o, c->v) / c->V;
-    w[2] = c->e[2] * ecp_i_dot(c->N, c->spin) / c->V;
+    w[0] = c->e[0] * ecp_i_dot(c->t, c->v);
+    w[1] = c->e[1] * ecp_i_dot(c->o, c->v);
+    w[2] = c->e[2] * ecp_i_dot(c->N, c->spin);
+    ecp_i_scale(1 / c->V, w, w);
     c->z_norm = 0;
     for (k = 0; k < c->nf; k++) {
         c->z[k] = c->p[1 + k] - c->rho * w[k];
@@ -3656,7 +3689,8 @@ static void ecp_i_pair_slip(ecp_i_pair *c)
 /* Everything that the residual and its derivative need. */
 static void ecp_i_pair_evaluate(ecp_i_pair *c, const ecp_real *y, ecp_real h)
 {
-    ecp_i_pair_geometry(c, y, h);
+    ecp_i_pair_geometry(c, y);
+    ecp_i_pair_gap(c, y, h);
     if (c->nf > 0 && !c->plane) ecp_i_tangents(c);
     ecp_i_pair_impulse(c, y);
     ecp_i_pair_slip(c);
@@ -3687,10 +3721,24 @@ static ecp_real ecp_i_impulse_size(const ecp_i_pair *c)
     return size;
 }
 
+/* rows of multipliers l of inequalities f, unit times which is the slack; most of them are off */
+static void ecp_i_multiplier_rows(int count, const ecp_real *l, const ecp_real *f, ecp_real unit,
+                                  ecp_real tau, ecp_real *F)
+{
+    ecp_real r;
+    int i;
+    for (i = 0; i < count; i++) {
+        ecp_real slack = unit * f[i];
+        F[i] = 0;
+        if (l[i] == 0 && slack > ECP_I_SQUARE && tau == 0) continue;
+        F[i] = ecp_i_fb_value(l[i], slack, tau, &r);
+    }
+}
+
 /* The patch's rows of F, after ecp_i_pair_evaluate. */
 static void ecp_i_pair_residual(const ecp_i_pair *c, const ecp_real *y, ecp_real h, ecp_real *F)
 {
-    ecp_real r, local[3], shrink;
+    ecp_real r, local[3], shrink, unit = -1 / c->L;
     int i, k, row = 0;
     ecp_i_mul_t(c->plane ? c->Qa : c->Qb, c->n, local);
     if (c->plane) {
@@ -3702,12 +3750,10 @@ static void ecp_i_pair_residual(const ecp_i_pair *c, const ecp_real *y, ecp_real
         }
         for (k = 0; k < 3; k++) F[row++] = local[k];
     }
-    for (i = 0; i < c->nl; i++) {
-        F[row++] = ecp_i_fb_value(y[3 + i], -c->fa[i] / c->L, c->tau, &r);
-    }
-    for (i = 0; !c->plane && i < c->nm; i++) {
-        F[row++] = ecp_i_fb_value(y[ecp_i_at_m(c) + i], -c->fb[i] / c->L, c->tau, &r);
-    }
+    ecp_i_multiplier_rows(c->nl, y + 3, c->fa, unit, c->tau, F + row);
+    row += c->nl;
+    ecp_i_multiplier_rows(c->nm, y + ecp_i_at_m(c), c->fb, unit, c->tau, F + row);
+    row += c->nm;
     F[row++] = ecp_i_fb_value(c->p[0], c->d / (h * c->V), c->tau, &r);
     shrink = c->nf && c->z_norm > c->radius ? c->radius / c->outer : ECP_R(1);
     if (c->nf && c->tau > 0) shrink = c->radius / c->outer;
@@ -4877,13 +4923,15 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real ta
         for (; r < c->count; r++) ecp_i_worst(&worst, ecp_i_abs(row[r]) - friction);
     }
     for (i = 0; i < s->body_count; i++) {
-        ecp_i_motion *m = s->motions + s->bodies[i];
+        const ecp_i_motion *m = s->motions + s->bodies[i];
         ecp_real unit = m->mass * m->speed, noise = m->noise / m->speed;
-        for (k = 0; k < 6; k++) {
-            ecp_real scale = k < 3 ? unit : unit * m->length, size;
-            F[6 * i + k] = m->residual[k] / scale;
-            size = ecp_i_abs(F[6 * i + k]) - 16 * ECP_I_EPSILON * m->floor[k / 3] / scale;
-            ecp_i_worst(&worst, size - noise);
+        for (k = 0; k < 2; k++) {
+            ecp_real scale = k ? unit * m->length : unit, *row = F + 6 * i + 3 * k;
+            ecp_real floor = 16 * ECP_I_EPSILON * m->floor[k] / scale;
+            for (r = 0; r < 3; r++) {
+                row[r] = m->residual[3 * k + r] / scale;
+                ecp_i_worst(&worst, ecp_i_abs(row[r]) - floor - noise);
+            }
         }
     }
     return worst;
@@ -5766,7 +5814,7 @@ static int ecp_i_tilted_nearest(const ecp_i_pair *c, const ecp_real n[3], const 
 }
 
 /* velocity change of a body by the impulse f at r from its centre of mass, and a torsion about N */
-static void ecp_i_wrench_velocity(const ecp_i_motion *m, const ecp_real f[3], const ecp_real r[3],
+static void ecp_i_wrench_velocity(ecp_i_motion *m, const ecp_real f[3], const ecp_real r[3],
                                   ecp_real torsion, const ecp_real N[3], ecp_real dv[6])
 {
     ecp_real wrench[6];
@@ -6041,11 +6089,11 @@ typedef struct ecp_i_broad {
 
 static void ecp_i_carve_broad(ecp_i_arena *arena, int shapes, ecp_i_broad *b)
 {
-    b->boxes = (ecp_i_box *)ecp_i_take(arena, (size_t)shapes, sizeof(ecp_i_box));
-    b->nodes = (ecp_i_box *)ecp_i_take(arena, (size_t)shapes, sizeof(ecp_i_box));
+    b->boxes = (ecp_i_box *)ecp_i_take(arena, 2 * (size_t)shapes, sizeof(ecp_i_box));
     b->code = (uint32_t *)ecp_i_take(arena, (size_t)shapes, sizeof(uint32_t));
     b->leaf = ecp_i_take_ints(arena, 4 * shapes);
-    if (!b->leaf) return;
+    if (!b->boxes || !b->leaf) return;
+    b->nodes = b->boxes + shapes;
     b->sorted = b->leaf + shapes;
     b->planes = b->sorted + shapes;
     b->hits = b->planes + shapes;
@@ -6297,12 +6345,13 @@ static ecp_status ecp_i_fail(ecp_report *r, ecp_status status, int body, int sha
 static void ecp_i_carve_step(ecp_i_arena *arena, int bodies, int shapes, int patches, ecp_i_step *s)
 {
     s->motions = (ecp_i_motion *)ecp_i_take(arena, (size_t)bodies, sizeof(ecp_i_motion));
-    s->bodies = ecp_i_take_ints(arena, bodies);
-    s->margins = ecp_i_take_reals(arena, shapes, 1);
-    s->reaches = ecp_i_take_reals(arena, shapes, 1);
+    s->margins = ecp_i_take_reals(arena, 2, shapes);
     ecp_i_carve_broad(arena, shapes, &s->broad);
-    s->extra = ecp_i_take_ints(arena, 2 * patches);
-    s->notes = ecp_i_take_ints(arena, 3 * patches);
+    s->bodies = ecp_i_take_ints(arena, bodies + 5 * patches);
+    if (!s->bodies || !s->margins) return;
+    s->reaches = s->margins + shapes;
+    s->extra = s->bodies + bodies;
+    s->notes = s->extra + 2 * patches;
 }
 
 /* for the pairs that are in the step */
@@ -6332,7 +6381,8 @@ static void ecp_i_carve_pair(ecp_i_arena *arena, int nl, int nm, ecp_i_pair *c)
     c->active_b = ints + nl;
 }
 
-/* the vectors of Newton's method: z, the best z, F, dz, trial, the last z that a ramp has reached */
+/* the vectors of Newton's method: z, F; and where the first residual will not do, the best z, dz,
+   trial, the last z that a ramp has reached */
 static void ecp_i_carve_vectors(ecp_i_arena *arena, int unknowns, ecp_real *vectors[6])
 {
     ecp_real *reals = ecp_i_take_reals(arena, unknowns, 6);
@@ -6458,9 +6508,11 @@ static int ecp_i_near(const ecp_i_step *s, const ecp_i_pair *c, const ecp_i_patc
 {
     ecp_i_posed A, B;
     ecp_real n[3], at_a[3], at_b[3], move[3], reach;
+    int known = old && !old->guess;
+    if (known && old->contact.gap <= s->margins[c->shape_a] + s->margins[c->shape_b]) return 1;
     ecp_i_sub(c->ma->dx, c->mb->dx, move);
     reach = ECP_R(1.5) * ecp_i_norm(move) + s->margins[c->shape_a] + s->margins[c->shape_b];
-    if (old && !old->guess && old->contact.gap <= reach) return 1;
+    if (known && old->contact.gap <= reach) return 1;
     ecp_i_pose(c, 0, 0, &A);
     ecp_i_pose(c, 1, 0, &B);
     if (c->plane) {
@@ -6506,8 +6558,8 @@ static void ecp_i_pair_friction(ecp_i_pair *c)
     c->e[1] = ecp_i_mean(a->e_o, b->e_o);
     c->e[2] = ecp_i_mean(a->e_r, b->e_r);
     c->nf = c->mu > 0 ? (c->e[2] > 0 ? 3 : 2) : 0;
-    directed_a = ecp_i_norm(a->direction) > 0;
-    directed_b = ecp_i_norm(b->direction) > 0;
+    directed_a = ecp_i_dot(a->direction, a->direction) > 0;
+    directed_b = ecp_i_dot(b->direction, b->direction) > 0;
     ecp_i_set3(0, 0, 0, c->direction);
     if (!directed_a && !directed_b) return;
     own = directed_a && (first_a || !directed_b) ? a : b;
@@ -6755,10 +6807,12 @@ static ecp_real ecp_i_island_speed(const ecp_i_island *s)
     int i;
     for (i = 0; i < s->body_count; i++) {
         const ecp_i_motion *m = s->motions + s->bodies[i];
+        const ecp_real *v = m->v, *v0 = m->body->v;
+        ecp_real linear = ecp_i_max(ecp_i_dot(v, v), ecp_i_dot(v0, v0));
+        ecp_real angular = ecp_i_max(ecp_i_dot(v + 3, v + 3), ecp_i_dot(v0 + 3, v0 + 3));
         speed = ecp_i_max(speed, 64 * ECP_I_EPSILON * m->length / s->h);
-        speed = ecp_i_max(speed, ecp_i_max(ecp_i_norm(m->v), ecp_i_norm(m->body->v)));
-        speed = ecp_i_max(speed, m->length * ecp_i_norm(m->v + 3));
-        speed = ecp_i_max(speed, m->length * ecp_i_norm(m->body->v + 3));
+        speed = ecp_i_max(speed, ecp_i_sqrt(linear));
+        speed = ecp_i_max(speed, m->length * ecp_i_sqrt(angular));
     }
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs[i];
@@ -6845,23 +6899,6 @@ static void ecp_i_island_units(ecp_i_island *s)
     }
 }
 
-/* the direction that fixes the tangents: the material's, or the world axis most across the normal;
-   and these tangents */
-static void ecp_i_set_direction(ecp_i_pair *c)
-{
-    ecp_real across[3];
-    int k, best = 0;
-    ecp_i_cross(c->N, c->direction, across);
-    if (!(ecp_i_norm(across) > ECP_R(1e-3))) {
-        for (k = 1; k < 3; k++) {
-            if (ecp_i_abs(c->N[k]) < ecp_i_abs(c->N[best])) best = k;
-        }
-        ecp_i_set3(0, 0, 0, c->direction);
-        c->direction[best] = 1;
-    }
-    ecp_i_tangents(c);
-}
-
 /* the geometry of the last step's solution, in this step's units; impulses zero */
 static void ecp_i_start_warm(const ecp_i_island *s, const ecp_i_pair *c, ecp_real *y)
 {
@@ -6911,18 +6948,18 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
 {
     static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)}, none[3] = {0, 0, 0};
     ecp_i_island *s = (ecp_i_island *)self;
-    ecp_real aside[3], dv[6], noise, part = k < 3 || k > 6 ? ECP_R(1) : parts[k - 3];
+    ecp_real aside[3], dv[6];
     int i, j;
     if (k > 10) return 0;
     for (i = 0; i < s->body_count; i++) {
         ecp_i_motion *m = s->motions + s->bodies[i];
-        for (j = 0; j < 6; j++) {
-            dv[j] = part * (m->body->v[j] + m->free[j]) - m->body->v[j];
-            if (k < 3 || k > 6) dv[j] = m->free[j];
-            m->residual[j] = 0;
+        ECPSIM_MEMCPY(dv, m->free, sizeof dv);
+        for (j = 0; k > 2 && k < 7 && j < 6; j++) {
+            dv[j] = parts[k - 3] * (m->body->v[j] + m->free[j]) - m->body->v[j];
         }
         ecp_i_scale(1 / m->speed, dv, z + 6 * i);
         ecp_i_scale(m->length / m->speed, dv + 3, z + 6 * i + 3);
+        ECPSIM_MEMSET(m->residual, 0, sizeof m->residual);
         m->noise = m->jitter = 0;
         ecp_i_move(m, s->h, dv);
     }
@@ -6937,12 +6974,12 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         else
             ecp_i_start_geometric(c, s->h, old && (k == 0 || s->nearest) ? old->a : NULL,
                                   ECP_I_FLAT, z + c->at);
-        ecp_i_pair_geometry(c, z + c->at, s->h);
-        ecp_i_set_direction(c);
+        ecp_i_pair_geometry(c, z + c->at);
+        if (!c->plane) ecp_i_set_direction(c);
         if (k > 6) {
             ecp_i_aside(c, k, aside);
             ecp_i_start_geometric(c, s->h, aside, ECP_I_FLAT, z + c->at);
-            ecp_i_pair_geometry(c, z + c->at, s->h);
+            ecp_i_pair_geometry(c, z + c->at);
             ecp_i_tangents(c);
         }
         if (warm) ecp_i_start_impulses(s, c, z + c->at);
@@ -6953,17 +6990,21 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
     }
     if (k == 2) return ecp_i_start_spots(s, z);
     for (i = 0; k == 0 && i < s->body_count; i++) {
-        const ecp_i_motion *m = s->motions + s->bodies[i];
+        ecp_i_motion *m = s->motions + s->bodies[i];
+        ecp_real unit[2], noise[2];
+        unit[0] = m->speed;
+        unit[1] = m->speed / m->length;
+        noise[0] = s->noise * unit[0] + m->noise;
+        noise[1] = s->noise * unit[1] + m->noise / m->length;
         ecp_i_velocity_change(m, m->residual, dv);
         for (j = 0; j < 6; j++) {
-            ecp_real unit = j < 3 ? m->speed : m->speed / m->length;
             dv[j] = m->free[j] - dv[j];
-            noise = s->noise * unit + (j < 3 ? m->noise : m->noise / m->length);
-            if (ecp_i_abs(m->body->v[j] + (m->body->v_carry[j] + dv[j])) <= noise) {
+            if (ecp_i_abs(m->body->v[j] + (m->body->v_carry[j] + dv[j])) <= noise[j / 3]) {
                 dv[j] = -m->body->v[j] - m->body->v_carry[j];
             }
-            z[6 * i + j] = dv[j] / unit;
         }
+        ecp_i_scale(1 / unit[0], dv, z + 6 * i);
+        ecp_i_scale(1 / unit[1], dv + 3, z + 6 * i + 3);
     }
     return 1;
 }
@@ -7086,10 +7127,13 @@ static void ecp_i_record(const ecp_i_pair *c, const ecp_real *y, ecp_real h, con
     ECPSIM_MEMCPY(B.Q, c->Qb, sizeof B.Q);
     ecp_i_pose_turned(c, 0, 1, &A);
     ecp_i_pose_turned(c, 1, 1, &B);
-    ecp_i_copy3(c->n, unit);
-    ecp_i_normalise(unit);
-    k->separation =
-        c->plane ? ecp_i_plane_gap(&A, &B, 0, unit, at) : ecp_i_separation(&A, &B, unit);
+    if (c->plane) {
+        k->separation = ecp_i_plane_gap(&A, &B, 0, unit, at);
+    } else {
+        ecp_i_copy3(c->n, unit);
+        ecp_i_normalise(unit);
+        k->separation = ecp_i_separation(&A, &B, unit);
+    }
     k->mu = c->mu;
     k->e_t = c->e[0];
     k->e_o = c->e[1];
@@ -7147,10 +7191,13 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     ecp_i_island s;
     ecp_i_problem p;
     ecp_i_effort effort = {0, 0, 0};
-    ecp_real *vectors[6], *z, *best, error;
+    ecp_real *vectors[6], *z, *best, error, merit = 0, natural = step->r->natural_residual;
     size_t mark = step->arena.used;
     int i, solved, centred = 1;
-    ECPSIM_MEMSET(&s, 0, sizeof s);
+    s.body_count = s.pair_count = 0;
+    s.centring = s.many = s.uncentred = 0;
+    s.tree.fronts = NULL;
+    s.tree.planned = 0;
     s.motions = step->motions;
     s.bodies = step->bodies;
     s.pairs = step->members;
@@ -7175,7 +7222,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     ECPSIM_ASSERT(!step->arena.overflow);
     s.begin = step->arena.used;
     z = vectors[0];
-    best = vectors[1];
+    best = vectors[2];
     p.self = &s;
     p.n = s.unknowns;
     p.residual = ecp_i_island_residual;
@@ -7184,7 +7231,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     p.repair = ecp_i_island_repair;
     p.load = ecp_i_island_load;
     p.kept = vectors[5];
-    p.F = vectors[2];
+    p.F = vectors[1];
     p.dz = vectors[3];
     p.trial = vectors[4];
     ecp_i_island_units(&s);
@@ -7200,10 +7247,12 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     step->r->iterations += effort.iterations;
     step->r->evaluations += effort.evaluations;
     step->r->fallbacks |= effort.fallbacks;
-    step->r->merit += ecp_i_merit(p.n, p.F);
     for (i = 0; i < p.n; i++) {
-        step->r->natural_residual = ecp_i_max(step->r->natural_residual, ecp_i_abs(p.F[i]));
+        merit += p.F[i] * p.F[i];
+        natural = ecp_i_max(natural, ecp_i_abs(p.F[i]));
     }
+    step->r->merit += merit / 2;
+    step->r->natural_residual = natural;
     if (!solved) {
         return ecp_i_fail(step->r, ECP_NOT_SOLVED, label, s.pairs[0]->shape_a, s.pairs[0]->shape_b,
                           error, step->o->tolerance);
@@ -7215,6 +7264,10 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
                      step->multipliers + at * step->w->desc.max_inequalities);
         step->records[at].centred &= centred;
         step->r->worst_cone = ecp_i_max(step->r->worst_cone, ecp_i_cone_violation(c));
+    }
+    /* what was not written need not be cleared */
+    if (effort.evaluations == 1 && step->arena.used == s.begin) {
+        step->arena.used -= 4 * (size_t)s.unknowns * sizeof(ecp_real);
     }
     ecp_i_release(&step->arena, mark, step->arena.top);
     return ECP_OK;
@@ -7233,7 +7286,7 @@ static ecp_status ecp_i_solve_all(ecp_i_step *s)
         s->r->unknowns = s->r->islands = 0;
         s->r->centred = s->o->rule == ECP_CENTRED;
         s->r->worst_cone = s->r->merit = s->r->natural_residual = 0;
-        for (i = 0; i < s->w->bodies; i++) {
+        for (i = 0; extras > 0 && i < s->w->bodies; i++) {
             if (s->motions[i].dynamic) ecp_i_move(s->motions + i, s->h, s->motions[i].free);
         }
         status = ecp_i_find_pairs(s);
@@ -7314,7 +7367,7 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
     ecp_i_step s;
     ecp_status status;
     int i;
-    ECPSIM_MEMSET(&s, 0, sizeof s);
+    s.extras = s.pair_count = 0;
     s.w = world;
     s.h = h;
     s.o = o;

@@ -1173,6 +1173,39 @@ static void ecp_i_reflect(int k, int m, const ecp_real *A, int ld, ecp_real tau,
     for (i = k + 1; i < m; i++) b[i * stride] -= dot * A[i * ld + k];
 }
 
+/* the same on columns k + 1 to n of A itself, four at a time */
+static void ecp_i_reflect_columns(int k, int m, int n, ecp_real *A, int ld, ecp_real tau)
+{
+    int i, j;
+    for (j = k + 1; j + 3 < n; j += 4) {
+        ecp_real *b = A + k * ld + j, d0 = b[0], d1 = b[1], d2 = b[2], d3 = b[3];
+        for (i = k + 1; i < m; i++) {
+            const ecp_real v = A[i * ld + k], *row = A + i * ld + j;
+            d0 += v * row[0];
+            d1 += v * row[1];
+            d2 += v * row[2];
+            d3 += v * row[3];
+        }
+        d0 *= tau;
+        d1 *= tau;
+        d2 *= tau;
+        d3 *= tau;
+        b[0] -= d0;
+        b[1] -= d1;
+        b[2] -= d2;
+        b[3] -= d3;
+        for (i = k + 1; i < m; i++) {
+            const ecp_real v = A[i * ld + k];
+            b = A + i * ld + j;
+            b[0] -= d0 * v;
+            b[1] -= d1 * v;
+            b[2] -= d2 * v;
+            b[3] -= d3 * v;
+        }
+    }
+    for (; j < n; j++) ecp_i_reflect(k, m, A, ld, tau, A + j, ld);
+}
+
 /* QR with column pivoting of the first n columns, applied to the others up to `all`; columns are
    zero when they are no longer than the tolerance times the first one, or than the floor */
 static int ecp_i_qr(int m, int n, int all, ecp_real *A, int ld, ecp_real *tau, int *piv,
@@ -1207,7 +1240,7 @@ static int ecp_i_qr(int m, int n, int all, ecp_real *A, int ld, ecp_real *tau, i
         beta = alpha > 0 ? -best : best;
         tau[k] = (beta - alpha) / beta;
         for (i = k + 1; i < m; i++) A[i * ld + k] /= alpha - beta;
-        for (j = k + 1; j < all; j++) ecp_i_reflect(k, m, A, ld, tau[k], A + j, ld);
+        ecp_i_reflect_columns(k, m, all, A, ld, tau[k]);
         A[k * ld + k] = beta;
     }
     return steps;
@@ -1257,10 +1290,26 @@ ECP_DEF int ecp_least_squares(int m, int n, ecp_real *A, int ld, ecp_real *b, ec
     return rank;
 }
 
+/* row -= factor * pivot, four at a time */
+static void ecp_i_subtract_row(int n, ecp_real factor, const ecp_real *pivot, ecp_real *row)
+{
+    int j;
+    for (j = 0; j + 3 < n; j += 4) {
+        ecp_real a = row[j] - factor * pivot[j], b = row[j + 1] - factor * pivot[j + 1];
+        ecp_real c = row[j + 2] - factor * pivot[j + 2], d = row[j + 3] - factor * pivot[j + 3];
+        row[j] = a;
+        row[j + 1] = b;
+        row[j + 2] = c;
+        row[j + 3] = d;
+    }
+    for (; j < n; j++) row[j] -= factor * pivot[j];
+}
+
 static void ecp_i_exchange_rows(ecp_real *A, int ld, int cols, int a, int b)
 {
     int j;
-    for (j = 0; a != b && j < cols; j++) {
+    if (a == b) return;
+    for (j = 0; j < cols; j++) {
         ecp_real t = A[a * ld + j];
         A[a * ld + j] = A[b * ld + j];
         A[b * ld + j] = t;
@@ -1270,7 +1319,8 @@ static void ecp_i_exchange_rows(ecp_real *A, int ld, int cols, int a, int b)
 static void ecp_i_exchange_columns(ecp_real *A, int ld, int rows, int a, int b)
 {
     int i;
-    for (i = 0; a != b && i < rows; i++) {
+    if (a == b) return;
+    for (i = 0; i < rows; i++) {
         ecp_real t = A[i * ld + a];
         A[i * ld + a] = A[i * ld + b];
         A[i * ld + b] = t;
@@ -1293,13 +1343,14 @@ ECP_DEF int ecp_eliminate(ecp_real *A, int ld, int all_rows, int all_cols, int r
         ecp_real best = tolerance;
         int p = -1, q = -1;
         for (i = k; i < rows; i++) {
+            const ecp_real *row = A + i * ld;
             if (!(row_tag[i] & mask)) continue;
             for (j = k; j < cols; j++) {
-                if ((col_tag[j] & mask) && ecp_i_abs(A[i * ld + j]) > best) {
-                    best = ecp_i_abs(A[i * ld + j]);
-                    p = i;
-                    q = j;
-                }
+                ecp_real size = ecp_i_abs(row[j]);
+                if (!(size > best) || !(col_tag[j] & mask)) continue;
+                best = size;
+                p = i;
+                q = j;
             }
         }
         if (p < 0) break;
@@ -1314,7 +1365,7 @@ ECP_DEF int ecp_eliminate(ecp_real *A, int ld, int all_rows, int all_cols, int r
             if (factor == 0) continue;
             factor /= A[k * ld + k];
             A[i * ld + k] = 0;
-            for (j = k + 1; j < all_cols; j++) A[i * ld + j] -= factor * A[k * ld + j];
+            ecp_i_subtract_row(all_cols - k - 1, factor, A + k * ld + k + 1, A + i * ld + k + 1);
         }
     }
     return k;
@@ -3804,29 +3855,48 @@ static int ecp_i_pair_column(const ecp_i_pair *c, const ecp_i_change *t, ecp_rea
     return row;
 }
 
-/* friction rows: y - P(z) with P = radius z / outer. Without smoothing that is dP = dz inside the
-   cone, and (radius / |z|) (dz - u u.dz) + u d radius with u = z / |z| outside. */
-static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_change *t, const ecp_real dN[3],
-                                  const ecp_real dt[3], const ecp_real d_o[3], ecp_real *column)
+/* what the columns of one block have in common: the slopes of the gap's row by p_n and by the gap; and
+   of the projection, where it is not the identity: of outer by |z|, and of the radius by p_n */
+typedef struct ecp_i_slopes {
+    ecp_real p, d;
+    int slips;
+    ecp_real outer, radius;
+} ecp_i_slopes;
+
+static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_i_slopes *s)
 {
-    ecp_real dz[3], along = 0, d_radius, apart = c->z_norm - c->radius, tau2 = c->tau * c->tau;
-    ecp_real q = ecp_i_smooth_abs(apart, tau2), p = c->p[0], size = ecp_i_smooth_abs(p, tau2);
-    ecp_real slope;
+    ecp_real apart = c->z_norm - c->radius, tau2 = c->tau * c->tau, p = c->p[0], q, size;
+    ecp_i_fb(p, c->d / (h * c->V), c->tau, &s->p, &s->d);
+    if (ecp_i_abs(p) < c->kink && ecp_i_abs(c->d) < c->kink * h * c->V) {
+        /* centring: a contact that touches without a load may take one */
+        s->p = 0;
+        s->d = 1;
+    }
+    s->slips = c->outer > 0 && (tau2 > 0 || !(apart <= 0));
+    if (c->nf == 0 || !s->slips) return;
+    q = ecp_i_smooth_abs(apart, tau2);
+    size = ecp_i_smooth_abs(p, tau2);
+    s->outer = (1 + apart / q) / 2;
+    s->radius = c->mu * (size > 0 ? (1 + p / size) / 2 : ECP_R(1));
+}
+
+/* friction rows: y - P(z) with P = radius z / outer. Without smoothing that is dP = dz inside the
+   cone, and (radius / |z|) (dz - u u.dz) + u d radius with u = z / |z| outside. dw: the change of the
+   slip (t.v, o.v, N.spin) */
+static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i_change *t,
+                                  const ecp_real dw[3], ecp_real *column)
+{
+    ecp_real dz[3], along = 0, d_radius, d_outer;
     int k, ld = c->columns;
-    dz[0] = ecp_i_dot(dt, c->v) + ecp_i_dot(c->t, t->v);
-    dz[1] = ecp_i_dot(d_o, c->v) + ecp_i_dot(c->o, t->v);
-    dz[2] = ecp_i_dot(dN, c->spin) + ecp_i_dot(c->N, t->spin);
-    for (k = 0; k < c->nf; k++) dz[k] = t->p[1 + k] - c->rho * c->e[k] * dz[k] / c->V;
-    if (!(c->outer > 0) || (!(tau2 > 0) && apart <= 0)) {
+    for (k = 0; k < c->nf; k++) dz[k] = t->p[1 + k] - c->rho * c->e[k] * dw[k] / c->V;
+    if (!s->slips) {
         for (k = 0; k < c->nf; k++) column[ld * k] = t->p[1 + k] - dz[k];
         return;
     }
     for (k = 0; k < c->nf; k++) along += c->z[k] * dz[k] / c->z_norm;
-    /* d outer = slope d|z| + (1 - slope) d radius */
-    slope = (1 + apart / q) / 2;
-    d_radius = c->mu * (size > 0 ? (1 + p / size) / 2 : ECP_R(1)) * t->p[0];
+    d_radius = s->radius * t->p[0];
+    d_outer = s->outer * along + (1 - s->outer) * d_radius;
     for (k = 0; k < c->nf; k++) {
-        ecp_real d_outer = slope * along + (1 - slope) * d_radius;
         column[ld * k] = t->p[1 + k] - (c->radius * dz[k] + c->z[k] * d_radius -
                                         c->radius * c->z[k] * d_outer / c->outer) /
                                            c->outer;
@@ -3843,52 +3913,61 @@ static void ecp_i_wrench_column(const ecp_i_pair *c, const ecp_i_motion *m, ecp_
     ecp_i_copy3(twist, moment);
     ecp_i_add_cross(dr, c->force, moment);
     ecp_i_add_cross(r, dF, moment);
-    for (k = 0; k < 3; k++) {
-        column[ld * k] = scale * dF[k];
-        column[ld * (3 + k)] = scale / m->length * moment[k];
-    }
+    for (k = 0; k < 3; k++) column[ld * k] = scale * dF[k];
+    scale /= m->length;
+    for (k = 0; k < 3; k++) column[ld * (3 + k)] = scale * moment[k];
 }
 
-/* One column of the patch's block: how its rows, and the bodies' momentum rows below them, change
-   under t. The rows of the active multipliers of f and everything's own multiplier are written by
-   the caller. */
-static void ecp_i_column(const ecp_i_pair *c, const ecp_i_change *t, ecp_real h, ecp_real *column)
+/* One column of the patch's block, zero before: how its rows, and the bodies' momentum rows below
+   them, change under t. The rows of the active multipliers of f and everything's own multiplier are
+   written by the caller. Most changes leave most of it alone: multipliers move nothing, impulses turn
+   nothing, and only a pair's normal changes. */
+static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i_change *t,
+                         ecp_real h, ecp_real *column)
 {
-    ecp_real dN[3], d_o[3] = {0, 0, 0}, dt[3] = {0, 0, 0}, dF[3], twist[3], da, db, d = t->d;
-    int k, ld = c->columns, row = 3 + c->kl;
-    ecp_i_scale(-1, t->n, dN);
+    ecp_real dN[3], d_o[3] = {0, 0, 0}, dt[3] = {0, 0, 0}, dF[3] = {0, 0, 0}, dw[3] = {0, 0, 0};
+    ecp_real twist[3] = {0, 0, 0}, d = t->d;
+    int k, ld = c->columns, row = 3 + c->kl, turns = !ecp_i_is_zero(t->n);
+    int pushes = t->p[0] != 0 || !ecp_i_is_zero(t->p + 1);
+    int moves = turns || d != 0 || !ecp_i_is_zero(t->rb) || !ecp_i_is_zero(t->v) ||
+                !ecp_i_is_zero(t->ra) || !ecp_i_is_zero(t->spin) || !ecp_i_is_zero(t->turn_b);
     if (c->plane) {
         for (k = 0; k < 3; k++) column[ld * k] = t->rows[k];
         d = ecp_i_dot(c->N, t->rb);
-    } else {
+    } else if (moves) {
         row = ecp_i_pair_column(c, t, column);
+    } else {
+        for (k = 0; k < 3; k++) column[ld * (1 + k)] = t->rows[k];
+        row += 1 + c->km;
     }
-    ecp_i_fb(c->p[0], c->d / (h * c->V), c->tau, &da, &db);
-    if (ecp_i_abs(c->p[0]) < c->kink && ecp_i_abs(c->d) < c->kink * h * c->V) {
-        /* centring: a contact that touches without a load may take one */
-        da = 0;
-        db = 1;
-    }
-    column[ld * row++] = da * t->p[0] + db * d / (h * c->V);
-    ecp_i_scale(c->P * t->p[0], c->N, dF);
-    ecp_i_axpy(dF, c->P * c->p[0], dN, dF);
-    ecp_i_set3(0, 0, 0, twist);
-    if (c->nf > 0) {
+    if (!moves && !pushes) return;
+    column[ld * row++] = s->p * t->p[0] + s->d * d / (h * c->V);
+    ecp_i_scale(-1, t->n, dN);
+    if (turns && c->nf > 0) {
         ecp_i_cross(dN, c->direction, d_o);
         ecp_i_axpy(d_o, -ecp_i_dot(c->o, d_o), c->o, d_o);
         ecp_i_scale(1 / c->c_norm, d_o, d_o);
         ecp_i_cross(d_o, c->N, dt);
         ecp_i_add_cross(c->o, dN, dt);
-        ecp_i_friction_column(c, t, dN, dt, d_o, column + ld * row);
-        row += c->nf;
-        ecp_i_axpy(dF, c->e[0] * c->P * t->p[1], c->t, dF);
-        ecp_i_axpy(dF, c->e[0] * c->P * c->p[1], dt, dF);
-        ecp_i_axpy(dF, c->e[1] * c->P * t->p[2], c->o, dF);
-        ecp_i_axpy(dF, c->e[1] * c->P * c->p[2], d_o, dF);
+    }
+    if (moves && c->nf > 0) {
+        dw[0] = ecp_i_dot(dt, c->v) + ecp_i_dot(c->t, t->v);
+        dw[1] = ecp_i_dot(d_o, c->v) + ecp_i_dot(c->o, t->v);
+        dw[2] = ecp_i_dot(dN, c->spin) + ecp_i_dot(c->N, t->spin);
+    }
+    if (c->nf > 0) ecp_i_friction_column(c, s, t, dw, column + ld * row);
+    row += c->nf;
+    if (pushes) ecp_i_scale(c->P * t->p[0], c->N, dF);
+    if (turns) ecp_i_axpy(dF, c->P * c->p[0], dN, dF);
+    if (c->nf > 0) {
+        if (pushes) ecp_i_axpy(dF, c->e[0] * c->P * t->p[1], c->t, dF);
+        if (turns) ecp_i_axpy(dF, c->e[0] * c->P * c->p[1], dt, dF);
+        if (pushes) ecp_i_axpy(dF, c->e[1] * c->P * t->p[2], c->o, dF);
+        if (turns) ecp_i_axpy(dF, c->e[1] * c->P * c->p[2], d_o, dF);
     }
     if (c->nf == 3) {
-        ecp_i_scale(c->e[2] * c->P * t->p[3], c->N, twist);
-        ecp_i_axpy(twist, ecp_i_torsion(c), dN, twist);
+        if (pushes) ecp_i_scale(c->e[2] * c->P * t->p[3], c->N, twist);
+        if (turns) ecp_i_axpy(twist, ecp_i_torsion(c), dN, twist);
     }
     if (c->ma->dynamic) {
         ecp_i_wrench_column(c, c->ma, 1, c->ra, t->ra, dF, twist, column + ld * row);
@@ -4022,7 +4101,7 @@ static void ecp_i_change_motion(const ecp_i_pair *c, const ecp_i_motion *m, ecp_
 }
 
 /* one column for each own unknown and each velocity of a dynamic body */
-static void ecp_i_block_columns(ecp_i_pair *c, ecp_real h)
+static void ecp_i_block_columns(ecp_i_pair *c, const ecp_i_slopes *s, ecp_real h)
 {
     ecp_i_change t;
     int i, k, side, column = 0, first = c->plane ? 3 : 4, ld = c->columns;
@@ -4031,7 +4110,7 @@ static void ecp_i_block_columns(ecp_i_pair *c, ecp_real h)
         unit[k] = 1;
         ECPSIM_MEMSET(&t, 0, sizeof t);
         ecp_i_change_ecp(c, unit, &t);
-        ecp_i_column(c, &t, h, c->block + column);
+        ecp_i_column(c, s, &t, h, c->block + column);
         for (i = 0; i < c->kl; i++) {
             int j = c->active_a[i];
             c->block[ld * (first + i) + column] = -c->slope_a[j] * c->ga[3 * j + k];
@@ -4040,24 +4119,24 @@ static void ecp_i_block_columns(ecp_i_pair *c, ecp_real h)
     for (i = 0; i < c->kl; i++, column++) {
         ECPSIM_MEMSET(&t, 0, sizeof t);
         ecp_i_change_cone(c, c->ga + 3 * c->active_a[i], &t);
-        ecp_i_column(c, &t, h, c->block + column);
+        ecp_i_column(c, s, &t, h, c->block + column);
         c->block[ld * (first + i) + column] = c->fixed_a[c->active_a[i]];
     }
     if (!c->plane) {
         ECPSIM_MEMSET(&t, 0, sizeof t);
         t.d = h * c->V;
-        ecp_i_column(c, &t, h, c->block + column++);
+        ecp_i_column(c, s, &t, h, c->block + column++);
     }
     for (i = 0; i < c->km; i++, column++) {
         ECPSIM_MEMSET(&t, 0, sizeof t);
         ecp_i_copy3(c->gb + 3 * c->active_b[i], t.rows);
-        ecp_i_column(c, &t, h, c->block + column);
+        ecp_i_column(c, s, &t, h, c->block + column);
         c->block[ld * (first + c->kl + i) + column] += c->fixed_b[c->active_b[i]];
     }
     for (i = 0; i <= c->nf; i++, column++) {
         ECPSIM_MEMSET(&t, 0, sizeof t);
         t.p[i] = 1;
-        ecp_i_column(c, &t, h, c->block + column);
+        ecp_i_column(c, s, &t, h, c->block + column);
     }
     for (side = 0; side < 2; side++) {
         const ecp_i_motion *m = side ? c->mb : c->ma;
@@ -4066,7 +4145,7 @@ static void ecp_i_block_columns(ecp_i_pair *c, ecp_real h)
             unit[i] = 1;
             ECPSIM_MEMSET(&t, 0, sizeof t);
             ecp_i_change_motion(c, m, h, unit, &t);
-            ecp_i_column(c, &t, h, c->block + column);
+            ecp_i_column(c, s, &t, h, c->block + column);
         }
     }
 }
@@ -4096,6 +4175,7 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
                              int centring)
 {
     ecp_real a[3], b[3], shift_a[3], shift_b[3] = {0, 0, 0}, da[3], *rhs;
+    ecp_i_slopes slopes;
     ecp_i_change t;
     int i, k, rows, row, bodies = c->ma->dynamic + c->mb->dynamic;
     c->kink = centring ? ecp_i_sqrt(ECP_I_EPSILON) : ECP_R(0);
@@ -4117,7 +4197,8 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
     rows = c->ny + 6 * bodies;
     c->columns = rows + 1;
     ECPSIM_MEMSET(c->block, 0, (size_t)(rows * c->columns) * sizeof(ecp_real));
-    ecp_i_block_columns(c, h);
+    ecp_i_pair_slopes(c, h, &slopes);
+    ecp_i_block_columns(c, &slopes, h);
 
     /* right-hand side: -F, less what the eliminated multipliers and the target change */
     rhs = c->block + rows;
@@ -4128,7 +4209,7 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
         ecp_i_change_ecp(c, da, &t);
     }
     ecp_i_axpy(t.rows, 1, shift_b, t.rows);
-    ecp_i_column(c, &t, h, rhs);
+    ecp_i_column(c, &slopes, &t, h, rhs);
     row = c->plane ? 3 : 4;
     for (i = 0; centring && i < c->kl; i++) {
         int j = c->active_a[i];
@@ -4462,7 +4543,7 @@ static void ecp_i_solve_rows(int rank, int all, ecp_real *A, int ld)
     for (i = rank - 1; i >= 0; i--) {
         ecp_real *row = A + ld * i;
         for (k = i + 1; k < rank; k++) {
-            for (j = rank; j < all; j++) row[j] -= row[k] * A[ld * k + j];
+            ecp_i_subtract_row(all - rank, row[k], A + ld * k + rank, row + rank);
         }
         for (j = rank; j < all; j++) row[j] /= row[i];
     }
@@ -4480,12 +4561,12 @@ static void ecp_i_permute(int n, const int *piv, ecp_real *row)
 /* row -= row[k] times equation k, for the unit equations of ecp_i_solve_rows */
 static void ecp_i_insert(int rank, int all, const ecp_real *A, int ld, ecp_real *row)
 {
-    int j, k;
+    int k;
     for (k = 0; k < rank; k++) {
         ecp_real factor = row[k];
         if (factor == 0) continue;
         row[k] = 0;
-        for (j = rank; j < all; j++) row[j] -= factor * A[ld * k + j];
+        ecp_i_subtract_row(all - rank, factor, A + ld * k + rank, row + rank);
     }
 }
 
@@ -4517,7 +4598,7 @@ static void ecp_i_front_balance(ecp_i_front *f)
         for (i = k + 1; i < ldb; i++) {
             ecp_real *row = i < 6 ? f->W + ld * i : f->M + ld * i;
             ecp_real factor = f->Bt[ldb * k + i] / f->Bt[ldb * k + k];
-            for (j = 0; factor != 0 && j < ld; j++) row[j] -= factor * pivot[j];
+            if (factor != 0) ecp_i_subtract_row(ld, factor, pivot, row);
         }
     }
 }

@@ -3496,6 +3496,7 @@ typedef struct ecp_i_pair {
     ecp_real z[3], radius, z_norm; /* argument of the projection, mu p_n, |z| */
     ecp_real outer;                /* max(|z|, radius), by which the projection divides */
     ecp_real tau;                  /* smoothing of the complementarity rows */
+    ecp_real compliance;           /* of the contact in a damped Newton step, 0 in others */
     ecp_real kink;                 /* how near to its kink a row may be treated as on either side */
 
     /* the Newton block (see elimination) */
@@ -3888,7 +3889,10 @@ static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_slopes *s, co
 {
     ecp_real dz[3], along = 0, d_radius, d_outer;
     int k, ld = c->columns;
-    for (k = 0; k < c->nf; k++) dz[k] = t->p[1 + k] - c->rho * c->e[k] * dw[k] / c->V;
+    for (k = 0; k < c->nf; k++) {
+        ecp_real give = c->compliance * t->p[1 + k];
+        dz[k] = t->p[1 + k] - c->rho * (c->e[k] * dw[k] / c->V + give);
+    }
     if (!s->slips) {
         for (k = 0; k < c->nf; k++) column[ld * k] = t->p[1 + k] - dz[k];
         return;
@@ -3941,7 +3945,7 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i
         row += 1 + c->km;
     }
     if (!moves && !pushes) return;
-    column[ld * row++] = s->p * t->p[0] + s->d * d / (h * c->V);
+    column[ld * row++] = s->p * t->p[0] + s->d * (d / (h * c->V) + c->compliance * t->p[0]);
     ecp_i_scale(-1, t->n, dN);
     if (turns && c->nf > 0) {
         ecp_i_cross(dN, c->direction, d_o);
@@ -4066,6 +4070,20 @@ static void ecp_i_change_ecp(const ecp_i_pair *c, const ecp_real da[3], ecp_i_ch
     ecp_i_change_cone(c, dcone, t);
 }
 
+/* The compliance against moments: where the pressure centre moves by da, the faces part on the other
+   side. */
+static void ecp_i_change_tilt(const ecp_i_pair *c, const ecp_real da[3], ecp_i_change *t)
+{
+    ecp_real turned[3], local[3];
+    if (c->plane) {
+        ecp_i_axpy(t->rows, c->compliance, da, t->rows);
+    } else {
+        ecp_i_mul(c->Qa, da, turned);
+        ecp_i_mul_t(c->Qb, turned, local);
+        ecp_i_axpy(t->rows, c->compliance, local, t->rows);
+    }
+}
+
 /* dv: a scaled velocity change of one of the two bodies */
 static void ecp_i_change_motion(const ecp_i_pair *c, const ecp_i_motion *m, ecp_real h,
                                 const ecp_real dv[6], ecp_i_change *t)
@@ -4110,6 +4128,7 @@ static void ecp_i_block_columns(ecp_i_pair *c, const ecp_i_slopes *s, ecp_real h
         unit[k] = 1;
         ECPSIM_MEMSET(&t, 0, sizeof t);
         ecp_i_change_ecp(c, unit, &t);
+        if (c->compliance > 0) ecp_i_change_tilt(c, unit, &t);
         ecp_i_column(c, s, &t, h, c->block + column);
         for (i = 0; i < c->kl; i++) {
             int j = c->active_a[i];
@@ -5144,10 +5163,12 @@ static size_t ecp_i_island_wants(const ecp_i_island *s)
     return arena.used > s->arena->wanted ? arena.used : s->arena->wanted;
 }
 
-/* The Newton step at the point of the last residual. Returns 0 if it is not finite, or if the memory
-   does not suffice. */
+/* The Newton step at the point of the last residual. With a compliance the gap, the slip and the tilt of
+   a contact give way to the change of its impulse and its pressure centre, so that none of these
+   can become large for the sake of a small residual. Returns 0 if the step is not finite, or if the
+   memory does not suffice. */
 static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, ecp_real fine,
-                             ecp_real *dz)
+                             ecp_real compliance, ecp_real *dz)
 {
     ecp_i_island *s = (ecp_i_island *)self;
     ecp_i_tree *t = &s->tree;
@@ -5156,6 +5177,7 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
     if (s->arena->overflow) return 0;
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
+        c->compliance = compliance;
         ecp_i_block_fill(c, z + c->at, F + c->at, s->h, s->centring);
         ecp_i_block_eliminate(c);
     }
@@ -5182,8 +5204,9 @@ typedef struct ecp_i_problem {
     /* F[n] at z, smoothed by tau; returns the largest |F_i| above its rounding floor */
     ecp_real (*residual)(void *self, const ecp_real *z, ecp_real tau, ecp_real *F);
     /* the Newton step at the z of the last residual; 0: none. fine: 1, or the relative difference
-       down to which equations are to be told apart */
-    int (*step)(void *self, const ecp_real *z, const ecp_real *F, ecp_real fine, ecp_real *dz);
+       down to which equations are to be told apart. compliance: damps it, 0: not at all */
+    int (*step)(void *self, const ecp_real *z, const ecp_real *F, ecp_real fine,
+                ecp_real compliance, ecp_real *dz);
     /* the k-th start (0: warm, 1 and 2: geometric, then disturbed ones); 0: no more */
     int (*start)(void *self, int k, ecp_real *z);
     /* betters a z at which Newton has stalled, or NULL */
@@ -5191,7 +5214,7 @@ typedef struct ecp_i_problem {
     /* takes this share of all that moves the bodies, or NULL; with none, the start number
        ECP_I_START_AT_REST is a solution or close to one */
     void (*load)(void *self, ecp_real share);
-    ecp_real *F, *dz, *trial, *kept; /* n each */
+    ecp_real *F, *dz, *trial, *drift, *kept; /* n each */
 } ecp_i_problem;
 
 typedef struct ecp_i_effort {
@@ -5231,63 +5254,151 @@ static ecp_real ecp_i_content(ecp_real tolerance)
 /* how many of the last merits a new one may compare itself with */
 #define ECP_I_MEMORY 4
 
-/* the line search gives up below this part of a Newton step */
+/* the line search gives up below this part of a Newton step, which then is damped more, or of one that
+   can not be damped more */
+#define ECP_I_SHORT_STEP ECP_R(0.02)
 #define ECP_I_SHORTEST_STEP ECP_R(1e-5)
 
 /* Merits up to this one are let pass at first, a quarter of it after each iteration: near the kinks of
    a semismooth system a step that brings the right set of active constraints may raise the merit. */
 #define ECP_I_SLACK ECP_R(1e-2)
 
-/* Newton from z, with a non-monotone Armijo line search on |F|^2 / 2. Returns 1 with z solved to
-   the tolerance, or 0. It aims at rounding, and is content with the tolerance, or with a rounding
-   floor above it, only where another iteration does not halve the residual: what one step misses is
-   missed again by the warm start of the next, and adds up. A start that is well below the tolerance
-   is left as it is if `warm` says so. */
+/* Compliances in the units of the rows: the first one that is tried, the largest, what a stride needs at
+   least, and what is none. */
+#define ECP_I_FIRST_COMPLIANCE ECP_R(1e-3)
+#define ECP_I_MOST_COMPLIANCE ECP_R(10.0)
+#define ECP_I_STRIDE_COMPLIANCE ECP_R(1e-6)
+#define ECP_I_NO_COMPLIANCE ECP_R(1e-7)
+
+/* how much dearer the iterations of a damped search are in the limit: it may take as many times more */
+#define ECP_I_DAMPED_LIMIT 4
+
+/* strides begin at residuals below the first, are not longer than the second, and do not raise the
+   merit above the third */
+#define ECP_I_STALLED ECP_R(1e-3)
+#define ECP_I_LONGEST_STRIDE ECP_R(0.1)
+#define ECP_I_STRIDE_MERIT ECP_R(1e-4)
+
+/* a search in progress: the last merits; what the last residual was, before and after its rounding floor
+   was taken off; the compliance; the length of the last stride, and what it was to mend */
+typedef struct ecp_i_search {
+    ecp_real merits[ECP_I_MEMORY], slack, merit, largest, error, fine, compliance, stride, miss;
+} ecp_i_search;
+
+/* the residual at z + t dz, which p->trial becomes */
+static void ecp_i_try(const ecp_i_problem *p, const ecp_real *z, ecp_real t, ecp_real tau,
+                      ecp_i_search *s, ecp_i_effort *effort)
+{
+    int i;
+    for (i = 0; i < p->n; i++) p->trial[i] = z[i] + t * p->dz[i];
+    s->error = p->residual(p->self, p->trial, tau, p->F);
+    s->merit = ecp_i_merit(p->n, p->F);
+    effort->evaluations++;
+}
+
+/* The non-monotone Armijo rule along dz. Returns the part of the step that is taken, or 0. */
+static ecp_real ecp_i_line_search(const ecp_i_problem *p, const ecp_real *z, ecp_real tolerance,
+                                  ecp_real tau, ecp_i_search *s, ecp_i_effort *effort)
+{
+    ecp_real best = s->slack, t = 1, above = s->error;
+    int i, last = s->compliance >= ECP_I_MOST_COMPLIANCE;
+    for (i = 0; i < ECP_I_MEMORY; i++) best = ecp_i_max(best, s->merits[i]);
+    s->slack /= 4;
+    for (; t >= (last ? ECP_I_SHORTEST_STEP : ECP_I_SHORT_STEP); t /= 2) {
+        ecp_i_try(p, z, t, tau, s, effort);
+        if (s->error <= tolerance) return t;
+        if (above <= tolerance) return 0;
+        if (s->merit <= (1 - ECP_R(2e-4) * t) * best) return t;
+    }
+    return 0;
+}
+
+/* Where damped steps do not lower the residual any more, what is left of it is most often a small
+   contradiction: two constraints that say almost the same, as in a chain of bodies between two walls,
+   and forces that drift by contradiction / compliance in each step, until one of them ends, with its
+   contact or with sticking, and the contradiction with it. Follows that drift in strides: four times as
+   long as the last, or to where the secant of two strides' contradictions vanishes, back if they
+   differ in sign. Damped steps then mend the other rows. */
+static void ecp_i_take_stride(const ecp_i_problem *p, const ecp_real *z, ecp_real tau,
+                              ecp_i_search *s, ecp_i_effort *effort)
+{
+    ecp_real size = ecp_i_largest(p->n, p->dz), miss = size * s->compliance, along = 0;
+    int i;
+    for (i = 0; i < p->n && s->stride > 0; i++) along += p->dz[i] * p->drift[i];
+    if (along < 0) {
+        s->stride *= miss / (miss + s->miss);
+    } else if (s->stride > 0 && s->miss > ECP_R(1.5) * miss) {
+        s->stride *= ecp_i_min(4, miss / (s->miss - miss));
+    } else {
+        s->stride = 4 * (s->stride > 0 ? s->stride : size);
+    }
+    s->stride = ecp_i_min(s->stride, ECP_I_LONGEST_STRIDE);
+    for (i = 0; i < 10; i++) {
+        ecp_i_try(p, z, s->stride / size, tau, s, effort);
+        if (s->merit <= ECP_I_STRIDE_MERIT) break;
+        s->stride /= 2;
+    }
+    s->miss = miss;
+    s->compliance = ecp_i_max(s->compliance, ECP_I_STRIDE_COMPLIANCE);
+    for (i = 0; i < ECP_I_MEMORY; i++) s->merits[i] = s->merit;
+    ECPSIM_MEMCPY(p->drift, p->dz, (size_t)p->n * sizeof(ecp_real));
+}
+
+/* Newton from z, with a line search on |F|^2 / 2. A step of which the line search takes next to nothing
+   is damped, the more the less it helps. Returns 1 with z solved to the tolerance, or 0. It aims at
+   rounding, and is content with the tolerance, or with a rounding floor above it, only where another
+   iteration does not halve the residual: what one step misses is missed again by the warm start of the
+   next, and adds up. A start that is well below the tolerance is left as it is if `warm` says so. */
 static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, int limit,
                         ecp_real tau, ecp_real *z, ecp_i_effort *effort)
 {
-    ecp_real merits[ECP_I_MEMORY], error, largest, before, above, best, merit = 0, t;
-    ecp_real slack = ECP_I_SLACK, fine = 1;
-    int i, k;
-    error = p->residual(p->self, z, tau, p->F);
+    ecp_i_search s;
+    ecp_real before, above, t;
+    int k, most = limit;
+    s.error = p->residual(p->self, z, tau, p->F);
     effort->evaluations++;
-    largest = ecp_i_largest(p->n, p->F);
-    if (largest <= ecp_i_aim(tolerance)) return 1;
-    if (warm && error <= ecp_i_content(tolerance)) return 1;
-    for (k = 0; k < ECP_I_MEMORY; k++) merits[k] = ecp_i_merit(p->n, p->F);
-    for (k = 0; k < limit; k++) {
-        if (!p->step(p->self, z, p->F, fine, p->dz)) return error <= tolerance;
+    s.largest = ecp_i_largest(p->n, p->F);
+    if (s.largest <= ecp_i_aim(tolerance)) return 1;
+    if (warm && s.error <= ecp_i_content(tolerance)) return 1;
+    for (k = 0; k < ECP_I_MEMORY; k++) s.merits[k] = ecp_i_merit(p->n, p->F);
+    s.slack = ECP_I_SLACK;
+    s.fine = 1;
+    s.compliance = s.stride = s.miss = 0;
+    for (k = 0; k < most; k++) {
+        if (!p->step(p->self, z, p->F, s.fine, s.compliance, p->dz)) return s.error <= tolerance;
         effort->iterations++;
-        best = merits[0];
-        for (i = 1; i < ECP_I_MEMORY; i++) best = ecp_i_max(best, merits[i]);
-        best = ecp_i_max(best, slack);
-        slack /= 4;
-        before = largest;
-        above = error;
-        for (t = 1; t >= ECP_I_SHORTEST_STEP; t /= 2) {
-            for (i = 0; i < p->n; i++) p->trial[i] = z[i] + t * p->dz[i];
-            error = p->residual(p->self, p->trial, tau, p->F);
-            effort->evaluations++;
-            merit = ecp_i_merit(p->n, p->F);
-            if (error <= tolerance || merit <= (1 - ECP_R(2e-4) * t) * best) break;
-            if (above <= tolerance) break;
-        }
-        if (t < ECP_I_SHORTEST_STEP || (above <= tolerance && !(error <= tolerance))) {
+        before = s.largest;
+        above = s.error;
+        t = ecp_i_line_search(p, z, tolerance, tau, &s, effort);
+        if (!(t > 0)) {
             /* back to the last point; it may be one that will do */
-            p->residual(p->self, z, tau, p->F);
-            return above <= tolerance;
+            s.error = p->residual(p->self, z, tau, p->F);
+            if (above <= tolerance || s.compliance >= ECP_I_MOST_COMPLIANCE)
+                return above <= tolerance;
+            most = ECP_I_DAMPED_LIMIT * limit;
+            s.compliance = s.compliance > 0 ? 10 * s.compliance : ECP_I_FIRST_COMPLIANCE;
+            continue;
+        }
+        if (s.error > tolerance && s.compliance > 0 && 2 * s.error > above &&
+            above < ECP_I_STALLED) {
+            ecp_i_take_stride(p, z, tau, &s, effort);
+            above = 2 * s.error;
+        } else if (s.error <= tolerance || 2 * s.error <= above) {
+            s.compliance = s.compliance < ECP_I_NO_COMPLIANCE ? ECP_R(0) : s.compliance / 4;
+        } else if (s.error > 2 * above) {
+            s.compliance *= 4;
         }
         ECPSIM_MEMCPY(z, p->trial, (size_t)p->n * sizeof(ecp_real));
-        largest = ecp_i_largest(p->n, p->F);
-        if (largest <= ecp_i_aim(tolerance)) return 1;
-        if (error <= tolerance && 2 * largest > before &&
-            (error <= ecp_i_aim(tolerance) || 2 * error > above)) {
+        s.largest = ecp_i_largest(p->n, p->F);
+        if (s.largest <= ecp_i_aim(tolerance)) return 1;
+        if (s.error <= tolerance && 2 * s.largest > before &&
+            (s.error <= ecp_i_aim(tolerance) || 2 * s.error > above)) {
             return 1;
         }
-        if (2 * error > above) fine = ecp_i_min(fine / 10, 100 * error);
-        merits[k % ECP_I_MEMORY] = merit;
+        if (2 * s.error > above) s.fine = ecp_i_min(s.fine / 10, 100 * s.error);
+        s.merits[k % ECP_I_MEMORY] = s.merit;
     }
-    return error <= tolerance;
+    return s.error <= tolerance;
 }
 
 /* Follows the solution of the smoothed equations from tau = 1 to 1e-5, then solves the true ones. */
@@ -5419,7 +5530,7 @@ static ecp_real ecp_i_mcp_residual(void *self, const ecp_real *z, ecp_real tau, 
 
 /* rows da e_i + db grad F_i; the least step where they are dependent */
 static int ecp_i_mcp_step(void *self, const ecp_real *z, const ecp_real *F, ecp_real fine,
-                          ecp_real *dz)
+                          ecp_real compliance, ecp_real *dz)
 {
     (void)fine;
     ecp_i_mcp *s = (ecp_i_mcp *)self;
@@ -5429,6 +5540,7 @@ static int ecp_i_mcp_step(void *self, const ecp_real *z, const ecp_real *F, ecp_
     s->problem->jacobian(s->problem->user, z, s->J);
     for (i = 0; i < size; i++) {
         s->rhs[i] = -F[i];
+        s->J[size * i + i] += compliance;
         if (i < n) continue;
         ecp_i_fb(z[i], s->value[i], s->tau, &da, &db);
         for (j = 0; j < size; j++) s->J[size * i + j] *= db;
@@ -5472,6 +5584,7 @@ static void ecp_i_carve_mcp(ecp_i_arena *arena, int size, ecp_i_mcp *s, ecp_i_pr
     p->F = ecp_i_take_reals(arena, size, 1);
     p->dz = ecp_i_take_reals(arena, size, 1);
     p->trial = ecp_i_take_reals(arena, size, 1);
+    p->drift = ecp_i_take_reals(arena, size, 1);
     *z = ecp_i_take_reals(arena, size, 1);
 }
 
@@ -6464,11 +6577,11 @@ static void ecp_i_carve_pair(ecp_i_arena *arena, int nl, int nm, ecp_i_pair *c)
 
 /* the vectors of Newton's method: z, F; and where the first residual will not do, the best z, dz,
    trial, the last z that a ramp has reached */
-static void ecp_i_carve_vectors(ecp_i_arena *arena, int unknowns, ecp_real *vectors[6])
+static void ecp_i_carve_vectors(ecp_i_arena *arena, int unknowns, ecp_real *vectors[7])
 {
-    ecp_real *reals = ecp_i_take_reals(arena, unknowns, 6);
+    ecp_real *reals = ecp_i_take_reals(arena, unknowns, 7);
     int k;
-    for (k = 0; reals && k < 6; k++) vectors[k] = reals + k * unknowns;
+    for (k = 0; reals && k < 7; k++) vectors[k] = reals + k * unknowns;
 }
 
 /* unknowns of a patch with three friction rows and all multipliers that the description allows */
@@ -6494,7 +6607,7 @@ static void ecp_i_carve_world(ecp_i_arena *arena, ecp_world *w)
     ecp_i_pair c;
     ecp_i_tree t;
     ecp_i_graph g;
-    ecp_real *vectors[6];
+    ecp_real *vectors[7];
     int i, most = ecp_i_most_unknowns(d);
     size_t reals = ecp_i_tree_reals(d);
     ecp_i_carve_state(arena, w);
@@ -7162,7 +7275,7 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
     for (round = 0; round < 20; round++) {
         ECPSIM_MEMCPY(best, z, (size_t)p->n * sizeof(ecp_real));
         s->centring = 1;
-        i = p->step(s, z, p->F, 1, p->dz);
+        i = p->step(s, z, p->F, 1, 0, p->dz);
         s->centring = 0;
         if (!i) return 0;
         step->r->centring_rounds++;
@@ -7272,7 +7385,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     ecp_i_island s;
     ecp_i_problem p;
     ecp_i_effort effort = {0, 0, 0};
-    ecp_real *vectors[6], *z, *best, error, merit = 0, natural = step->r->natural_residual;
+    ecp_real *vectors[7], *z, *best, error, merit = 0, natural = step->r->natural_residual;
     size_t mark = step->arena.used;
     int i, solved, centred = 1;
     s.body_count = s.pair_count = 0;
@@ -7312,6 +7425,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     p.repair = ecp_i_island_repair;
     p.load = ecp_i_island_load;
     p.kept = vectors[5];
+    p.drift = vectors[6];
     p.F = vectors[1];
     p.dz = vectors[3];
     p.trial = vectors[4];

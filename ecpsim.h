@@ -3494,10 +3494,9 @@ typedef struct ecp_i_pair {
     ecp_real force[3];             /* impulse on A */
     ecp_real p[4];                 /* p_n / P, y */
     ecp_real z[3], radius, z_norm; /* argument of the projection, mu p_n, |z| */
-    ecp_real outer;                /* max(|z|, radius), by which the projection divides */
-    ecp_real tau;                  /* smoothing of the complementarity rows */
-    ecp_real compliance;           /* of the contact in a damped Newton step, 0 in others */
-    ecp_real kink;                 /* how near to its kink a row may be treated as on either side */
+    ecp_real give;       /* compliance of the contact in a relaxed problem, 0 in the true one */
+    ecp_real compliance; /* the same in a damped Newton step */
+    ecp_real kink;       /* how near to its kink a row may be treated as on either side */
 
     /* the Newton block (see elimination) */
     ecp_real *block;
@@ -3665,23 +3664,6 @@ static void ecp_i_pair_gap(ecp_i_pair *c, const ecp_real *y, ecp_real h)
     c->b->shape.cls->eval(&c->b->shape, c->b_local, c->fb, c->gb);
 }
 
-/* |x|, smoothed by tau */
-static ecp_real ecp_i_smooth_abs(ecp_real x, ecp_real tau2)
-{
-    ecp_real size = ecp_i_abs(x);
-    return tau2 == 0 && size > ECP_I_SQUARE ? size : ecp_i_sqrt(x * x + tau2);
-}
-
-/* The projection on the ball of the radius mu p_n is z radius / max(|z|, radius); |z|, the positive
-   part of p_n and the maximum are smoothed by tau. */
-static void ecp_i_projection(ecp_i_pair *c)
-{
-    ecp_real tau2 = c->tau * c->tau, p = c->p[0];
-    c->z_norm = ecp_i_sqrt(c->z_norm + tau2);
-    c->radius = c->mu * (p + ecp_i_smooth_abs(p, tau2)) / 2;
-    c->outer = (c->z_norm + c->radius + ecp_i_smooth_abs(c->z_norm - c->radius, tau2)) / 2;
-}
-
 /* Where the patch is on A and its normal, from its unknowns y and the trial motion of the two bodies. */
 static void ecp_i_pair_geometry(ecp_i_pair *c, const ecp_real *y)
 {
@@ -3732,10 +3714,11 @@ static void ecp_i_pair_slip(ecp_i_pair *c)
     ecp_i_scale(1 / c->V, w, w);
     c->z_norm = 0;
     for (k = 0; k < c->nf; k++) {
-        c->z[k] = c->p[1 + k] - c->rho * w[k];
+        c->z[k] = c->p[1 + k] - c->rho * (w[k] + c->give * c->p[1 + k]);
         c->z_norm += c->z[k] * c->z[k];
     }
-    ecp_i_projection(c);
+    c->z_norm = ecp_i_sqrt(c->z_norm);
+    c->radius = c->mu * ecp_i_max(c->p[0], 0);
 }
 
 /* Everything that the residual and its derivative need. */
@@ -3775,15 +3758,15 @@ static ecp_real ecp_i_impulse_size(const ecp_i_pair *c)
 
 /* rows of multipliers l of inequalities f, unit times which is the slack; most of them are off */
 static void ecp_i_multiplier_rows(int count, const ecp_real *l, const ecp_real *f, ecp_real unit,
-                                  ecp_real tau, ecp_real *F)
+                                  ecp_real *F)
 {
     ecp_real r;
     int i;
     for (i = 0; i < count; i++) {
         ecp_real slack = unit * f[i];
         F[i] = 0;
-        if (l[i] == 0 && slack > ECP_I_SQUARE && tau == 0) continue;
-        F[i] = ecp_i_fb_value(l[i], slack, tau, &r);
+        if (l[i] == 0 && slack > ECP_I_SQUARE) continue;
+        F[i] = ecp_i_fb_value(l[i], slack, 0, &r);
     }
 }
 
@@ -3802,13 +3785,12 @@ static void ecp_i_pair_residual(const ecp_i_pair *c, const ecp_real *y, ecp_real
         }
         for (k = 0; k < 3; k++) F[row++] = local[k];
     }
-    ecp_i_multiplier_rows(c->nl, y + 3, c->fa, unit, c->tau, F + row);
+    ecp_i_multiplier_rows(c->nl, y + 3, c->fa, unit, F + row);
     row += c->nl;
-    ecp_i_multiplier_rows(c->nm, y + ecp_i_at_m(c), c->fb, unit, c->tau, F + row);
+    ecp_i_multiplier_rows(c->nm, y + ecp_i_at_m(c), c->fb, unit, F + row);
     row += c->nm;
-    F[row++] = ecp_i_fb_value(c->p[0], c->d / (h * c->V), c->tau, &r);
-    shrink = c->nf && c->z_norm > c->radius ? c->radius / c->outer : ECP_R(1);
-    if (c->nf && c->tau > 0) shrink = c->radius / c->outer;
+    F[row++] = ecp_i_fb_value(c->p[0], c->d / (h * c->V) + c->give * c->p[0], 0, &r);
+    shrink = c->nf && c->z_norm > c->radius ? c->radius / c->z_norm : ECP_R(1);
     for (k = 0; k < c->nf; k++) F[row++] = c->p[1 + k] - shrink * c->z[k];
 }
 
@@ -3857,40 +3839,36 @@ static int ecp_i_pair_column(const ecp_i_pair *c, const ecp_i_change *t, ecp_rea
 }
 
 /* what the columns of one block have in common: the slopes of the gap's row by p_n and by the gap; and
-   of the projection, where it is not the identity: of outer by |z|, and of the radius by p_n */
+   of the radius by p_n, where the projection is not the identity */
 typedef struct ecp_i_slopes {
     ecp_real p, d;
     int slips;
-    ecp_real outer, radius;
+    ecp_real radius;
 } ecp_i_slopes;
 
 static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_i_slopes *s)
 {
-    ecp_real apart = c->z_norm - c->radius, tau2 = c->tau * c->tau, p = c->p[0], q, size;
-    ecp_i_fb(p, c->d / (h * c->V), c->tau, &s->p, &s->d);
+    ecp_real p = c->p[0];
+    ecp_i_fb(p, c->d / (h * c->V) + c->give * p, 0, &s->p, &s->d);
     if (ecp_i_abs(p) < c->kink && ecp_i_abs(c->d) < c->kink * h * c->V) {
         /* centring: a contact that touches without a load may take one */
         s->p = 0;
         s->d = 1;
     }
-    s->slips = c->outer > 0 && (tau2 > 0 || !(apart <= 0));
-    if (c->nf == 0 || !s->slips) return;
-    q = ecp_i_smooth_abs(apart, tau2);
-    size = ecp_i_smooth_abs(p, tau2);
-    s->outer = (1 + apart / q) / 2;
-    s->radius = c->mu * (size > 0 ? (1 + p / size) / 2 : ECP_R(1));
+    s->slips = c->nf > 0 && c->z_norm > c->radius;
+    s->radius = p < 0 ? ECP_R(0) : c->mu;
 }
 
-/* friction rows: y - P(z) with P = radius z / outer. Without smoothing that is dP = dz inside the
-   cone, and (radius / |z|) (dz - u u.dz) + u d radius with u = z / |z| outside. dw: the change of the
-   slip (t.v, o.v, N.spin) */
+/* friction rows: y - P(z) with P = radius z / max(|z|, radius), dP = dz inside the cone, and
+   (radius / |z|) (dz - u u.dz) + u d radius with u = z / |z| outside. dw: the change of the slip
+   (t.v, o.v, N.spin) */
 static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i_change *t,
                                   const ecp_real dw[3], ecp_real *column)
 {
-    ecp_real dz[3], along = 0, d_radius, d_outer;
+    ecp_real dz[3], along = 0, d_radius;
     int k, ld = c->columns;
     for (k = 0; k < c->nf; k++) {
-        ecp_real give = c->compliance * t->p[1 + k];
+        ecp_real give = (c->give + c->compliance) * t->p[1 + k];
         dz[k] = t->p[1 + k] - c->rho * (c->e[k] * dw[k] / c->V + give);
     }
     if (!s->slips) {
@@ -3899,11 +3877,10 @@ static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_slopes *s, co
     }
     for (k = 0; k < c->nf; k++) along += c->z[k] * dz[k] / c->z_norm;
     d_radius = s->radius * t->p[0];
-    d_outer = s->outer * along + (1 - s->outer) * d_radius;
     for (k = 0; k < c->nf; k++) {
         column[ld * k] = t->p[1 + k] - (c->radius * dz[k] + c->z[k] * d_radius -
-                                        c->radius * c->z[k] * d_outer / c->outer) /
-                                           c->outer;
+                                        c->radius * c->z[k] * along / c->z_norm) /
+                                           c->z_norm;
     }
 }
 
@@ -3945,7 +3922,8 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i
         row += 1 + c->km;
     }
     if (!moves && !pushes) return;
-    column[ld * row++] = s->p * t->p[0] + s->d * (d / (h * c->V) + c->compliance * t->p[0]);
+    column[ld * row] = s->p * t->p[0];
+    column[ld * row++] += s->d * (d / (h * c->V) + (c->give + c->compliance) * t->p[0]);
     ecp_i_scale(-1, t->n, dN);
     if (turns && c->nf > 0) {
         ecp_i_cross(dN, c->direction, d_o);
@@ -3987,14 +3965,14 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i
    = db. Returns their number. At the kink (both l and f within `kink` of zero) the constraint counts
    as off, which is one of the generalised derivatives: an ECP on the rim of its patch can leave it. */
 static int ecp_i_condense(int count, const ecp_real *l, const ecp_real *f, const ecp_real *g,
-                          ecp_real L, ecp_real tau, ecp_real kink, ecp_real *fixed, ecp_real *slope,
-                          int *active, ecp_real H[9], ecp_real shift[3])
+                          ecp_real L, ecp_real kink, ecp_real *fixed, ecp_real *slope, int *active,
+                          ecp_real H[9], ecp_real shift[3])
 {
     int i, j, k, kept = 0;
     ecp_i_set3(0, 0, 0, shift);
     for (i = 0; i < count; i++) {
-        ecp_real da, db, F = ecp_i_fb(l[i], -f[i] / L, tau, &da, &db);
-        if (!(tau > 0) && ecp_i_abs(l[i]) <= kink && ecp_i_abs(f[i]) <= kink * L) {
+        ecp_real da, db, F = ecp_i_fb(l[i], -f[i] / L, 0, &da, &db);
+        if (ecp_i_abs(l[i]) <= kink && ecp_i_abs(f[i]) <= kink * L) {
             da = 1;
             db = 0;
         }
@@ -4201,16 +4179,16 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
     ecp_i_scale(c->L, y, a);
     ecp_i_hessian(&c->a->shape, a, y + 3, c->L, c->Ha);
     c->n_noise = ecp_i_normal_noise(c->Ha, y);
-    c->kl = ecp_i_condense(c->nl, y + 3, c->fa, c->ga, c->L, c->tau, c->kink, c->fixed_a,
-                           c->slope_a, c->active_a, c->Ha, shift_a);
+    c->kl = ecp_i_condense(c->nl, y + 3, c->fa, c->ga, c->L, c->kink, c->fixed_a, c->slope_a,
+                           c->active_a, c->Ha, shift_a);
     c->km = 0;
     if (!c->plane) {
         const ecp_real *m = y + ecp_i_at_m(c);
         ecp_i_hessian(&c->b->shape, c->b_local, m, c->L, c->Hb);
         ecp_i_scale(1 / c->L, c->b_local, b);
         c->n_noise += ecp_i_normal_noise(c->Hb, b);
-        c->km = ecp_i_condense(c->nm, m, c->fb, c->gb, c->L, c->tau, c->kink, c->fixed_b,
-                               c->slope_b, c->active_b, c->Hb, shift_b);
+        c->km = ecp_i_condense(c->nm, m, c->fb, c->gb, c->L, c->kink, c->fixed_b, c->slope_b,
+                               c->active_b, c->Hb, shift_b);
     }
     c->ny = 4 + c->kl + c->nf + (c->plane ? 0 : 1 + c->km);
     rows = c->ny + 6 * bodies;
@@ -4971,7 +4949,7 @@ static void ecp_i_pair_noise(const ecp_i_pair *c, ecp_real h, ecp_real tiny)
 
 /* F at z = (six scaled velocity changes a body, then the patches), and the largest |F_i| above its
    rounding floor. */
-static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real tau, ecp_real *F)
+static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax, ecp_real *F)
 {
     ecp_i_island *s = (ecp_i_island *)self;
     ecp_real worst = 0, dv[6];
@@ -4991,7 +4969,7 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real ta
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         ecp_real size;
-        c->tau = tau;
+        c->give = relax;
         ecp_i_pair_evaluate(c, z + c->at, s->h);
         ecp_i_pair_residual(c, z + c->at, s->h, F + c->at);
         ecp_i_pair_noise(c, s->h, 0);
@@ -5201,8 +5179,9 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
 typedef struct ecp_i_problem {
     void *self;
     int n;
-    /* F[n] at z, smoothed by tau; returns the largest |F_i| above its rounding floor */
-    ecp_real (*residual)(void *self, const ecp_real *z, ecp_real tau, ecp_real *F);
+    /* F[n] at z, of the problem relaxed by so much (0: not at all); returns the largest |F_i| above its
+       rounding floor */
+    ecp_real (*residual)(void *self, const ecp_real *z, ecp_real relax, ecp_real *F);
     /* the Newton step at the z of the last residual; 0: none. fine: 1, or the relative difference
        down to which equations are to be told apart. compliance: damps it, 0: not at all */
     int (*step)(void *self, const ecp_real *z, const ecp_real *F, ecp_real fine,
@@ -5254,10 +5233,8 @@ static ecp_real ecp_i_content(ecp_real tolerance)
 /* how many of the last merits a new one may compare itself with */
 #define ECP_I_MEMORY 4
 
-/* the line search gives up below this part of a Newton step, which then is damped more, or of one that
-   can not be damped more */
-#define ECP_I_SHORT_STEP ECP_R(0.02)
-#define ECP_I_SHORTEST_STEP ECP_R(1e-5)
+/* the line search gives up below this part of a step, which then is damped more */
+#define ECP_I_SHORTEST_STEP ECP_R(0.02)
 
 /* Merits up to this one are let pass at first, a quarter of it after each iteration: near the kinks of
    a semismooth system a step that brings the right set of active constraints may raise the merit. */
@@ -5286,26 +5263,26 @@ typedef struct ecp_i_search {
 } ecp_i_search;
 
 /* the residual at z + t dz, which p->trial becomes */
-static void ecp_i_try(const ecp_i_problem *p, const ecp_real *z, ecp_real t, ecp_real tau,
+static void ecp_i_try(const ecp_i_problem *p, const ecp_real *z, ecp_real t, ecp_real relax,
                       ecp_i_search *s, ecp_i_effort *effort)
 {
     int i;
     for (i = 0; i < p->n; i++) p->trial[i] = z[i] + t * p->dz[i];
-    s->error = p->residual(p->self, p->trial, tau, p->F);
+    s->error = p->residual(p->self, p->trial, relax, p->F);
     s->merit = ecp_i_merit(p->n, p->F);
     effort->evaluations++;
 }
 
 /* The non-monotone Armijo rule along dz. Returns the part of the step that is taken, or 0. */
 static ecp_real ecp_i_line_search(const ecp_i_problem *p, const ecp_real *z, ecp_real tolerance,
-                                  ecp_real tau, ecp_i_search *s, ecp_i_effort *effort)
+                                  ecp_real relax, ecp_i_search *s, ecp_i_effort *effort)
 {
     ecp_real best = s->slack, t = 1, above = s->error;
-    int i, last = s->compliance >= ECP_I_MOST_COMPLIANCE;
+    int i;
     for (i = 0; i < ECP_I_MEMORY; i++) best = ecp_i_max(best, s->merits[i]);
     s->slack /= 4;
-    for (; t >= (last ? ECP_I_SHORTEST_STEP : ECP_I_SHORT_STEP); t /= 2) {
-        ecp_i_try(p, z, t, tau, s, effort);
+    for (; t >= ECP_I_SHORTEST_STEP; t /= 2) {
+        ecp_i_try(p, z, t, relax, s, effort);
         if (s->error <= tolerance) return t;
         if (above <= tolerance) return 0;
         if (s->merit <= (1 - ECP_R(2e-4) * t) * best) return t;
@@ -5319,7 +5296,7 @@ static ecp_real ecp_i_line_search(const ecp_i_problem *p, const ecp_real *z, ecp
    contact or with sticking, and the contradiction with it. Follows that drift in strides: four times as
    long as the last, or to where the secant of two strides' contradictions vanishes, back if they
    differ in sign. Damped steps then mend the other rows. */
-static void ecp_i_take_stride(const ecp_i_problem *p, const ecp_real *z, ecp_real tau,
+static void ecp_i_take_stride(const ecp_i_problem *p, const ecp_real *z, ecp_real relax,
                               ecp_i_search *s, ecp_i_effort *effort)
 {
     ecp_real size = ecp_i_largest(p->n, p->dz), miss = size * s->compliance, along = 0;
@@ -5334,7 +5311,7 @@ static void ecp_i_take_stride(const ecp_i_problem *p, const ecp_real *z, ecp_rea
     }
     s->stride = ecp_i_min(s->stride, ECP_I_LONGEST_STRIDE);
     for (i = 0; i < 10; i++) {
-        ecp_i_try(p, z, s->stride / size, tau, s, effort);
+        ecp_i_try(p, z, s->stride / size, relax, s, effort);
         if (s->merit <= ECP_I_STRIDE_MERIT) break;
         s->stride /= 2;
     }
@@ -5350,12 +5327,12 @@ static void ecp_i_take_stride(const ecp_i_problem *p, const ecp_real *z, ecp_rea
    iteration does not halve the residual: what one step misses is missed again by the warm start of the
    next, and adds up. A start that is well below the tolerance is left as it is if `warm` says so. */
 static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, int limit,
-                        ecp_real tau, ecp_real *z, ecp_i_effort *effort)
+                        ecp_real relax, ecp_real *z, ecp_i_effort *effort)
 {
     ecp_i_search s;
     ecp_real before, above, t;
     int k, most = limit;
-    s.error = p->residual(p->self, z, tau, p->F);
+    s.error = p->residual(p->self, z, relax, p->F);
     effort->evaluations++;
     s.largest = ecp_i_largest(p->n, p->F);
     if (s.largest <= ecp_i_aim(tolerance)) return 1;
@@ -5369,10 +5346,10 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
         effort->iterations++;
         before = s.largest;
         above = s.error;
-        t = ecp_i_line_search(p, z, tolerance, tau, &s, effort);
+        t = ecp_i_line_search(p, z, tolerance, relax, &s, effort);
         if (!(t > 0)) {
             /* back to the last point; it may be one that will do */
-            s.error = p->residual(p->self, z, tau, p->F);
+            s.error = p->residual(p->self, z, relax, p->F);
             if (above <= tolerance || s.compliance >= ECP_I_MOST_COMPLIANCE)
                 return above <= tolerance;
             most = ECP_I_DAMPED_LIMIT * limit;
@@ -5381,7 +5358,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
         }
         if (s.error > tolerance && s.compliance > 0 && 2 * s.error > above &&
             above < ECP_I_STALLED) {
-            ecp_i_take_stride(p, z, tau, &s, effort);
+            ecp_i_take_stride(p, z, relax, &s, effort);
             above = 2 * s.error;
         } else if (s.error <= tolerance || 2 * s.error <= above) {
             s.compliance = s.compliance < ECP_I_NO_COMPLIANCE ? ECP_R(0) : s.compliance / 4;
@@ -5401,14 +5378,15 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     return s.error <= tolerance;
 }
 
-/* Follows the solution of the smoothed equations from tau = 1 to 1e-5, then solves the true ones. */
+/* Follows the solution of the relaxed problem, in which contacts give way (of a general problem: the
+   smoothed one), from soft to stiff, then solves the true one. */
 static int ecp_i_continue(const ecp_i_problem *p, ecp_real tolerance, int limit, ecp_real *z,
                           ecp_i_effort *effort)
 {
-    ecp_real tau;
+    ecp_real relax;
     effort->fallbacks |= ECP_FALLBACK_CONTINUATION;
-    for (tau = 1; tau > ECP_R(1e-5); tau /= 4) {
-        ecp_i_newton(p, 0, ecp_i_max(tau / 100, tolerance), limit, tau, z, effort);
+    for (relax = 1; relax > ECP_R(1e-6); relax /= 4) {
+        ecp_i_newton(p, 0, ecp_i_max(relax / 100, tolerance), limit, relax, z, effort);
         if (!ecp_i_all_finite(p->n, z)) return 0;
     }
     return ecp_i_newton(p, 0, tolerance, limit, 0, z, effort);
@@ -7162,7 +7140,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
         int warm = k == 0 && old && !old->guess;
         s->uncentred |= k == 0 && old && !old->centred;
-        c->tau = 0;
+        c->give = 0;
         if (warm)
             ecp_i_start_warm(s, c, z + c->at);
         else

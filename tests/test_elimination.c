@@ -335,7 +335,7 @@ static void elimination_arrange(elimination_island *e, unsigned seed)
 
 static void elimination_vectors(elimination_island *e)
 {
-    ecp_real *vectors[6];
+    ecp_real *vectors[7];
     int i, at, n = e->s.body_count;
     elimination_arrange(e, 0);
     ecp_i_carve_vectors(&e->arena, e->s.unknowns, vectors);
@@ -382,7 +382,7 @@ static void elimination_step(elimination_island *e)
     memset(e->memory + e->mark, 0, e->arena.high > e->mark ? e->arena.high - e->mark : 0);
     memset(e->memory + e->arena.low, 0, e->bytes - e->arena.low);
     memset(&e->s.tree, 0, sizeof e->s.tree);
-    CHECK(ecp_i_island_step(&e->s, e->z, e->F, 1, e->dz));
+    CHECK(ecp_i_island_step(&e->s, e->z, e->F, 1, 0, e->dz));
     CHECK(!e->arena.overflow);
 }
 
@@ -574,7 +574,7 @@ static int elimination_random_point(elimination_island *e)
     elimination_random_modes(e, mode);
     for (i = 0; i < e->s.unknowns; i++)
         e->z[i] = i < 6 * e->s.body_count ? ECP_R(0.5 * test_random()) : 0;
-    for (i = 0; i < e->pair_count; i++) e->pairs[i].tau = 0;
+    for (i = 0; i < e->pair_count; i++) e->pairs[i].give = 0;
     ecp_i_island_residual(&e->s, e->z, 0, e->F);
     for (i = 0; i < e->pair_count; i++) {
         ecp_i_pair *c = e->pairs + i;
@@ -883,7 +883,7 @@ static void elimination_cells_point(elimination_island *e, const elimination_fac
     int i, all = how->sticks + how->slips + how->loose + how->apart;
     elimination_kinks = 0;
     for (i = 0; i < e->s.unknowns; i++) e->z[i] = 0;
-    for (i = 0; i < e->pair_count; i++) e->pairs[i].tau = 0;
+    for (i = 0; i < e->pair_count; i++) e->pairs[i].give = 0;
     ecp_i_island_residual(&e->s, e->z, 0, e->F); /* moves the bodies */
     for (i = 0; i < e->pair_count; i++) {
         ecp_i_pair *c = e->pairs + i;

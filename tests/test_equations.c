@@ -173,7 +173,7 @@ static void equations_add_shape(ecp_world *w, int body, int kind, int friction, 
 static void equations_build(equations_scene *k, ecp_real h)
 {
     ecp_i_step step;
-    ecp_real *vectors[6];
+    ecp_real *vectors[7];
     size_t bytes = (size_t)1 << 20;
     int i, j, at;
     memset(&step, 0, sizeof step);
@@ -262,6 +262,7 @@ static int equations_impulses(ecp_i_pair *c, ecp_real *y, ecp_real h, equations_
     int i;
     p[0] = ECP_R(mode == EQUATIONS_OPEN ? equations_between(-1.5, -reach - 0.05)
                                         : equations_between(0.5, 1.5));
+    gap += (double)(c->give * p[0]);
     if (fabs(gap) > 20 || sqrt((double)p[0] * (double)p[0] + gap * gap) < reach) return 0;
     if (c->nf == 0) return 1;
     for (i = 0; i < c->nf; i++) p[1 + i] = 0;
@@ -275,7 +276,10 @@ static int equations_impulses(ecp_i_pair *c, ecp_real *y, ecp_real h, equations_
         aim[i] = test_random();
         sum += aim[i] * aim[i];
     }
-    for (i = 0; i < c->nf; i++) p[1 + i] = (ecp_real)(size * aim[i] / sqrt(sum) - (double)c->z[i]);
+    for (i = 0; i < c->nf; i++) {
+        double z = size * aim[i] / sqrt(sum) - (double)c->z[i];
+        p[1 + i] = (ecp_real)(z / (1 - (double)(c->rho * c->give)));
+    }
     return 1;
 }
 
@@ -309,13 +313,13 @@ static int equations_try(ecp_i_pair *c, ecp_real *y, ecp_real h, int all_active,
 }
 
 /* a point for all unknowns, and F there; pairs take their mode in turn, from `mode` on */
-static int equations_sample(equations_scene *k, int all_active, int mode, ecp_real tau)
+static int equations_sample(equations_scene *k, int all_active, int mode, ecp_real relax)
 {
     int i, attempt;
     for (i = 0; i < k->s.unknowns; i++)
         k->z[i] = i < 6 * k->s.body_count ? ECP_R(0.5 * test_random()) : 0;
-    for (i = 0; i < k->s.pair_count; i++) k->members[i]->tau = 0;
-    ecp_i_island_residual(&k->s, k->z, 0, k->F);
+    for (i = 0; i < k->s.pair_count; i++) k->members[i]->give = relax;
+    ecp_i_island_residual(&k->s, k->z, relax, k->F);
     for (i = 0; i < k->s.pair_count; i++) {
         ecp_i_pair *c = k->members[i];
         for (attempt = 0;; attempt++) {
@@ -326,12 +330,12 @@ static int equations_sample(equations_scene *k, int all_active, int mode, ecp_re
             }
         }
     }
-    ecp_i_island_residual(&k->s, k->z, tau, k->F);
+    ecp_i_island_residual(&k->s, k->z, relax, k->F);
     return 1;
 }
 
 /* J by differences, row major; leaves the island evaluated at z */
-static void equations_differences(equations_scene *k, ecp_real tau)
+static void equations_differences(equations_scene *k, ecp_real relax)
 {
     static const double weight[3] = {45, -9, 1};
     ecp_real F[EQUATIONS_MAX];
@@ -345,7 +349,7 @@ static void equations_differences(equations_scene *k, ecp_real tau)
             k->z[j] = keep + ECP_R(s * equations_d());
             /* the step that was taken, rounded */
             step = ((double)k->z[j] - (double)keep) / s;
-            ecp_i_island_residual(&k->s, k->z, tau, F);
+            ecp_i_island_residual(&k->s, k->z, relax, F);
             for (i = 0; i < n; i++) {
                 k->J[n * i + j] +=
                     (s < 0 ? -weight[-s - 1] : weight[s - 1]) / (60 * step) * (double)F[i];
@@ -353,7 +357,7 @@ static void equations_differences(equations_scene *k, ecp_real tau)
         }
         k->z[j] = keep;
     }
-    ecp_i_island_residual(&k->s, k->z, tau, k->F);
+    ecp_i_island_residual(&k->s, k->z, relax, k->F);
 }
 
 /* ---- the Jacobian, before elimination, of a scene with one pair and all multipliers active */
@@ -409,7 +413,7 @@ static double equations_step_error(equations_scene *k)
 {
     int n = k->s.unknowns, i, j;
     double worst = 0;
-    CHECK(ecp_i_island_step(&k->s, k->z, k->F, 1, k->dz));
+    CHECK(ecp_i_island_step(&k->s, k->z, k->F, 1, 0, k->dz));
     for (i = 0; i < n; i++) {
         double sum = (double)k->F[i], size = fabs(sum);
         for (j = 0; j < n; j++) {
@@ -482,11 +486,11 @@ static void equations_one_pair(equations_scene *k, int kind_a, ecp_body_kind bod
     CHECK(k->pairs[0].plane == (kind_b < 0));
 }
 
-static void equations_judge(const char *test, const char *what, const int label[3], double tau,
+static void equations_judge(const char *test, const char *what, const int label[3], double relax,
                             double error, double tolerance)
 {
     if (!(error <= tolerance)) {
-        printf("%s of %s %d %d, mode %d, tau %g\n", test, what, label[0], label[1], label[2], tau);
+        printf("%s of %s %d %d, mode %d, relax %g\n", test, what, label[0], label[1], label[2], relax);
     }
     CHECK_NEAR(error, 0, tolerance);
 }
@@ -498,14 +502,14 @@ static void equations_check(equations_scene *k, int mode, const char *what, int 
     label[1] = kind_b;
     label[2] = mode;
     for (smooth = 0; smooth < 2; smooth++) {
-        ecp_real tau = smooth ? ECP_R(0.3) : 0;
+        ecp_real relax = smooth ? ECP_R(0.3) : 0;
         for (active = 1; active >= 0; active--) {
-            int found = equations_sample(k, active, mode, tau);
+            int found = equations_sample(k, active, mode, relax);
             CHECK(found);
             if (!found) continue;
-            equations_differences(k, tau);
+            equations_differences(k, relax);
             if (active && k->s.pair_count == 1) {
-                equations_judge("jacobian", what, label, (double)tau, equations_jacobian_error(k),
+                equations_judge("jacobian", what, label, (double)relax, equations_jacobian_error(k),
                                 equations_tolerance());
             }
             if (equations_condition(k) > test_by(1e6, 100)) {
@@ -513,7 +517,7 @@ static void equations_check(equations_scene *k, int mode, const char *what, int 
                 continue;
             }
             equations_steps++;
-            equations_judge("step", what, label, (double)tau, equations_step_error(k),
+            equations_judge("step", what, label, (double)relax, equations_step_error(k),
                             10 * equations_tolerance());
         }
     }

@@ -17,6 +17,7 @@
        >>check-api    the paper's equations    >>newton       the globalisation, the general solver
        >>mcp-api      general solver           >>distance     starts without a history
                                                >>step         predict, solve, verify, commit
+                                               >>sleep        islands that repeat their last step
                                                >>dump         a step as C source
                                                >>printed      the paper's equations, as a check
 
@@ -102,6 +103,16 @@
    WHAT MAY TOUCH WHAT
    Primitives of one body never touch each other. ecp_shape_set_filter() gives a primitive 32 bits of
    what it is and 32 bits of what it meets; pairs that do not meet are not looked at.
+
+   SLEEP
+   With options.sleep = 1 an island, a group of bodies that touch, is left out of the problem once a
+   step has left it exactly as it was. It wakes when something that matters to it changes: a load or
+   ecp_body_set_state on a body of it (with NULLs only, it wakes and nothing else), on what it lies on
+   too; a shape or a filter of these; a body that is taken away, or whose motion may reach it within
+   the step; gravity, h, or an option. A step that is left out would have given the same bits, so
+   sleep changes no bit of any body or contact at any time: it only saves time. Contacts of bodies
+   that sleep are there as always; ecp_report.asleep counts the bodies. Only what the library cannot see must
+   not change under a body that sleeps: the numbers behind the pointers of a shape.
 
    A STEP AS A TEST
    ecp_dump() writes the step to come as a C function that makes the same world, bit for bit, and does
@@ -655,6 +666,8 @@ typedef struct ecp_options {
                            or g h at rest. Rounding floors are added to it (docs/numerics.md). */
     int max_iterations; /* Newton iterations of one attempt */
     int fallbacks;      /* ECP_FALLBACK_... that may be used, or-ed */
+    int sleep;          /* 1: islands at rest are left out of the problem until something changes.
+                           It changes no bit of any body or contact, see SLEEP in the manual */
     /* ecp_dump, or NULL: called for a step that ends in ECP_NOT_SOLVED, with these two */
     ecp_status (*dump)(const ecp_world *world, ecp_real h, const struct ecp_options *options,
                        void (*write)(void *user, const char *text), void *user);
@@ -662,14 +675,16 @@ typedef struct ecp_options {
     void *dump_user;
 } ecp_options;
 
-/* centred, 1e-12 (float: 1e-5), 40 iterations, all fallbacks, no dump. */
+/* centred, 1e-12 (float: 1e-5), 40 iterations, all fallbacks, no sleep, no dump. */
 ECP_DEF ecp_options ecp_options_default(void);
 
 /* What a step did. */
 typedef struct ecp_report {
     ecp_status status;
     int unknowns;         /* scalar unknowns of the step's problem, all islands */
-    int patches_kept;     /* pairs of primitives in the problem */
+    int asleep;           /* dynamic bodies that the step left out because they sleep; their islands
+                             are counted nowhere else, their patches are */
+    int patches_kept;     /* pairs of primitives in the problem, or asleep */
     int patches_left_out; /* all others (filters aside): they cannot touch within the step */
     int islands;          /* groups of bodies that touch, each solved by itself */
     int iterations;       /* Newton iterations, all attempts */
@@ -2687,6 +2702,8 @@ typedef struct ecp_i_body {
     ecp_real x_carry[3], v_carry[6];
     ecp_real force[6], impulse[6]; /* applied since the last step */
     int kind;
+    int asleep; /* the last step left it and its whole island as they were, see >>sleep; of what is
+                   not dynamic: it left it as it was */
 } ecp_i_body;
 
 /* a posed primitive */
@@ -2708,11 +2725,18 @@ typedef struct ecp_i_patch {
     int centred;   /* the solution is the one of the rule ECP_CENTRED */
 } ecp_i_patch;
 
+/* what a step was asked for, as far as its result depends on it */
+typedef struct ecp_i_asked {
+    ecp_real tolerance;
+    int sleep, rule, max_iterations, fallbacks;
+} ecp_i_asked;
+
 struct ecp_world {
     ecp_world_desc desc;
     int bodies, shapes, patches;   /* bodies and shapes: indices in use up to the highest one */
     int lowest_body, lowest_shape; /* no index below is free */
     ecp_real last_h;               /* of the last step, for which the patches' impulses are */
+    ecp_i_asked asked;             /* of the last step */
     size_t bodies_at, parts_at, patches_at, multipliers_at, state_bytes, bytes;
 };
 
@@ -2868,6 +2892,7 @@ ECP_DEF ecp_status ecp_world_set_gravity(ecp_world *world, const ecp_real gravit
     if (!world || !gravity) return ECP_BAD_POINTER;
     if (!ecp_i_all_finite(3, gravity)) return ECP_NOT_FINITE;
     ecp_i_copy3(gravity, world->desc.gravity);
+    world->asked.sleep = 0; /* wakes everything */
     return ECP_OK;
 }
 
@@ -3005,14 +3030,24 @@ ECP_DEF ecp_status ecp_body_add(ecp_world *world, const ecp_body_desc *desc, int
     return ECP_OK;
 }
 
-/* drops the patches of parts that are gone; the others keep their order */
+/* a patch of the body is gone or another one: what is not dynamic does not care, nor do others on it */
+static void ecp_i_wake(ecp_world *w, int body)
+{
+    if (ecp_i_bodies(w)[body].kind == ECP_DYNAMIC) ecp_i_bodies(w)[body].asleep = 0;
+}
+
+/* drops the patches of parts that are gone, and wakes their bodies; the others keep their order */
 static void ecp_i_drop_patches(ecp_world *w)
 {
     ecp_i_patch *list = ecp_i_patches(w);
     int i, kept = 0;
     for (i = 0; i < w->patches; i++) {
         const ecp_contact *c = &list[i].contact;
-        if (!ecp_i_find_part(w, c->shape_a) || !ecp_i_find_part(w, c->shape_b)) continue;
+        if (!ecp_i_find_part(w, c->shape_a) || !ecp_i_find_part(w, c->shape_b)) {
+            ecp_i_wake(w, c->body_a);
+            ecp_i_wake(w, c->body_b);
+            continue;
+        }
         if (kept < i) {
             list[kept] = list[i];
             ECPSIM_MEMCPY(ecp_i_multipliers(w, kept), ecp_i_multipliers(w, i),
@@ -3115,6 +3150,7 @@ ECP_DEF ecp_status ecp_body_add_shape(ecp_world *world, int body, const ecp_shap
     ecp_i_quat_normalise(q);
     ecp_quat_to_matrix(q, p->rotation);
     ecp_i_part_bounds(p);
+    ecp_i_bodies(world)[body].asleep = 0;
     world->lowest_shape = at + 1;
     if (at == world->shapes) world->shapes++;
     if (shape_index) *shape_index = at;
@@ -3152,6 +3188,7 @@ ECP_DEF ecp_status ecp_body_set_state(ecp_world *world, int body, const ecp_real
         return ECP_NOT_FINITE;
     }
     if (b->kind == ECP_STATIC && (velocity || angular_velocity)) return ECP_BAD_KIND;
+    b->asleep = 0;
     if (position) {
         ecp_i_copy3(position, b->x);
         ecp_i_set3(0, 0, 0, b->x_carry);
@@ -3192,6 +3229,7 @@ static ecp_status ecp_i_apply(ecp_world *world, int body, const ecp_real *linear
     if (angular) ecp_i_axpy(sum + 3, 1, angular, sum + 3);
     if (!ecp_i_all_finite(6, sum)) return ECP_NOT_FINITE;
     for (k = 0; k < 6; k++) total[k] = sum[k];
+    b->asleep = 0;
     return ECP_OK;
 }
 
@@ -3248,6 +3286,7 @@ ECP_DEF ecp_status ecp_shape_set_filter(ecp_world *world, int shape_index, uint3
     if (!p) return ECP_BAD_INDEX;
     p->category = category;
     p->collides_with = collides_with;
+    ecp_i_bodies(world)[p->body].asleep = 0;
     return ECP_OK;
 }
 
@@ -3264,6 +3303,8 @@ static int ecp_i_may_meet(const ecp_i_part *a, const ecp_i_part *b)
 typedef struct ecp_i_motion {
     const ecp_i_body *body;
     int dynamic, island;         /* island: the lowest body of it */
+    int quiet;                   /* may be left out, as far as is known when the step begins */
+    int asleep, stirred;         /* is left out; its patches are not the last step's */
     int next_body, first_pair;   /* of the island, or -1 (first_pair: at its lowest body) */
     int at;                      /* of its six unknowns in the island's vector */
     int loads;                   /* patches that carry it */
@@ -5468,6 +5509,7 @@ ECP_DEF ecp_options ecp_options_default(void)
     o.max_iterations = 40;
     o.fallbacks = ECP_FALLBACK_GEOMETRIC | ECP_FALLBACK_CONTINUATION | ECP_FALLBACK_MULTISTART |
                   ECP_FALLBACK_LOAD | ECP_FALLBACK_SUBSTEPS;
+    o.sleep = 0;
     o.dump = NULL;
     o.dump_write = NULL;
     o.dump_user = NULL;
@@ -5480,6 +5522,7 @@ static ecp_status ecp_i_check_options(const ecp_options *o)
     if (!(o->tolerance > 0) || o->max_iterations < 1 || o->fallbacks < 0 || o->fallbacks > 31) {
         return ECP_BAD_OPTION;
     }
+    if (o->sleep != 0 && o->sleep != 1) return ECP_BAD_OPTION;
     return o->rule == ECP_CENTRED || o->rule == ECP_NEAREST ? ECP_OK : ECP_BAD_OPTION;
 }
 
@@ -6246,6 +6289,7 @@ static int ecp_i_start_spots(ecp_i_island *s, ecp_real *z)
 typedef struct ecp_i_box {
     ecp_real lo[3], hi[3], dx_lo[3], dx_hi[3];
     int body, last; /* the body of all that is in it, ECP_I_FREE for several; the highest index */
+    int quiet;      /* all that is in it may be left out of the step, see >>sleep */
 } ecp_i_box;
 
 /* Bounds of all primitives, and a binary tree over those of the bounded ones in the order of their
@@ -6282,6 +6326,7 @@ static void ecp_i_box_join(const ecp_i_box *a, const ecp_i_box *b, ecp_i_box *ou
     }
     out->body = a->body == b->body ? a->body : ECP_I_FREE;
     out->last = a->last > b->last ? a->last : b->last;
+    out->quiet = a->quiet & b->quiet;
 }
 
 /* can the displacements of a and b, at their most different, and half as much again, close a gap? */
@@ -6332,6 +6377,7 @@ static void ecp_i_part_box(const ecp_i_part *p, const ecp_i_motion *m, int at_en
     const ecp_real *R = at_end ? m->R : m->R0, *centre = p->box_centre, *size = p->box_half;
     int k;
     box->body = p->body;
+    box->quiet = m->quiet && !at_end;
     for (k = 0; k < 3; k++) box->dx_lo[k] = box->dx_hi[k] = at_end ? ECP_R(0) : m->dx[k];
     if (p->shape.kind == ECP_HALF_SPACE) {
         ecp_real local[3], origin[3];
@@ -6407,7 +6453,7 @@ static const ecp_i_box *ecp_i_broad_node(const ecp_i_broad *b, int node)
 /* the tree over the boxes of all shapes that are there; none where these are all of one body */
 static void ecp_i_broad_build(ecp_i_broad *b, const ecp_i_part *parts, int shapes)
 {
-    ecp_i_box all = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}, 0, 0};
+    ecp_i_box all = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}, 0, 0, 0};
     int i;
     b->count = b->plane_count = 0;
     for (i = 0; i < shapes; i++) {
@@ -6443,7 +6489,8 @@ static int ecp_i_insert_hit(int *hits, int count, int hit)
 }
 
 /* Lists in b->hits, in ascending order, the primitives of other bodies after number `after` whose
-   bounds meet those of primitive i (which is bounded). Returns how many. */
+   bounds meet those of primitive i (which is bounded), but for pairs of two quiet ones. Returns how
+   many. */
 static int ecp_i_broad_query(ecp_i_broad *b, int i, int after)
 {
     int stack[64], depth = 0, found = 0, j, k;
@@ -6452,7 +6499,8 @@ static int ecp_i_broad_query(ecp_i_broad *b, int i, int after)
     while (depth > 0) {
         int node = stack[--depth];
         const ecp_i_box *met = ecp_i_broad_node(b, node);
-        if (met->last <= after || met->body == box->body || !ecp_i_boxes_meet(met, box)) continue;
+        if (met->last <= after || met->body == box->body || (met->quiet & box->quiet)) continue;
+        if (!ecp_i_boxes_meet(met, box)) continue;
         if (node < b->count) {
             stack[depth++] = 2 * node;
             stack[depth++] = 2 * node + 1;
@@ -6471,10 +6519,12 @@ static int ecp_i_broad_query(ecp_i_broad *b, int i, int after)
 /* the same for a half-space: all bounded primitives after it that reach into it */
 static int ecp_i_broad_query_plane(ecp_i_broad *b, const ecp_i_part *parts, int shapes, int i)
 {
+    const ecp_i_box *plane = b->boxes + i;
     int j, found = 0;
     for (j = i + 1; j < shapes; j++) {
         if (parts[j].body == ECP_I_FREE || parts[j].shape.kind == ECP_HALF_SPACE) continue;
-        if (ecp_i_plane_meets(b->boxes + i, b->boxes + j)) b->hits[found++] = j;
+        if (plane->quiet & b->boxes[j].quiet) continue;
+        if (ecp_i_plane_meets(plane, b->boxes + j)) b->hits[found++] = j;
     }
     return found;
 }
@@ -6486,6 +6536,7 @@ typedef struct ecp_i_step {
     ecp_real h;
     const ecp_options *o;
     ecp_report *r;
+    int watched, sleepers; /* options.sleep; and whose flag is set may be left out of this step */
     ecp_i_arena arena;
     ecp_i_motion *motions;
     ecp_i_pair *pairs;
@@ -6801,6 +6852,22 @@ static ecp_status ecp_i_note_pair(ecp_i_step *s, int i, int j, int *next)
     return ECP_OK;
 }
 
+/* Adds to the hits of i, which is quiet, what made a patch with it in the last step and is quiet too:
+   nothing about such a pair has changed. */
+static int ecp_i_last_hits(const ecp_i_step *s, int i, int at, int *hits, int found)
+{
+    const ecp_i_patch *list = ecp_i_patches(s->w);
+    while (at < s->w->patches && ecp_i_patch_before(list + at, i, 0)) at++;
+    for (; at < s->w->patches && !ecp_i_patch_before(list + at, i, 0); at++) {
+        const ecp_contact *c = &list[at].contact;
+        int other = c->shape_a == i ? c->shape_b : c->shape_a;
+        if (other < i || (c->shape_a != i && c->shape_b != i)) break;
+        if (!s->motions[ecp_i_parts(s->w)[other].body].quiet) continue;
+        found = ecp_i_insert_hit(hits, found, other);
+    }
+    return found;
+}
+
 /* the pairs of primitives that can touch, and the memory for their patches */
 static ecp_status ecp_i_find_pairs(ecp_i_step *s)
 {
@@ -6826,6 +6893,7 @@ static ecp_status ecp_i_find_pairs(ecp_i_step *s)
         if (parts[i].body == ECP_I_FREE) continue;
         found = parts[i].shape.kind == ECP_HALF_SPACE ? ecp_i_broad_query_plane(b, parts, shapes, i)
                                                       : ecp_i_broad_query(b, i, i);
+        if (b->boxes[i].quiet) found = ecp_i_last_hits(s, i, next, b->hits, found);
         for (k = 0; k < s->extras; k++) {
             if (s->extra[2 * k] == i) found = ecp_i_insert_hit(b->hits, found, s->extra[2 * k + 1]);
         }
@@ -6967,6 +7035,164 @@ static void ecp_i_label_islands(ecp_i_step *s)
         c->next_pair = m->first_pair;
         m->first_pair = i;
     }
+}
+
+/* >>sleep: islands that repeat their last step, bit for bit, are left out
+
+   A step is a function of the state and of what it is asked for. An island that has come out of a
+   step as it went in, bodies and patches, with its bodies at rest, comes out of the next one in the
+   same way: if that is asked for the same, if nobody has touched a body of it, and if the patches
+   that the step begins with are the last one's. So the flags are set by comparing bytes, calls that
+   change anything clear them, and who comes near is found in the usual way, as a new patch. */
+
+static int ecp_i_same_bytes(const void *a, const void *b, size_t bytes)
+{
+    const unsigned char *p = (const unsigned char *)a, *q = (const unsigned char *)b;
+    size_t i;
+    for (i = 0; i < bytes; i++) {
+        if (p[i] != q[i]) return 0;
+    }
+    return 1;
+}
+
+static void ecp_i_ask(const ecp_options *o, int sleep, ecp_i_asked *asked)
+{
+    asked->tolerance = o->tolerance;
+    asked->sleep = sleep;
+    asked->rule = (int)o->rule;
+    asked->max_iterations = o->max_iterations;
+    asked->fallbacks = o->fallbacks;
+}
+
+/* who is to fall asleep, and whose flags hold for this step; sub-steps know no sleep */
+static void ecp_i_begin_sleep(ecp_i_step *s, int substep)
+{
+    ecp_i_asked asked;
+    s->watched = s->o->sleep && !substep;
+    if (!s->watched) return;
+    ecp_i_ask(s->o, 1, &asked);
+    s->sleepers = ecp_i_same_bytes(&asked, &s->w->asked, sizeof asked) && s->h == s->w->last_h;
+}
+
+static void ecp_i_stir(ecp_i_step *s, const ecp_i_patch *p)
+{
+    const ecp_i_part *parts = ecp_i_parts(s->w);
+    s->motions[parts[p->contact.shape_a].body].stirred = 1;
+    s->motions[parts[p->contact.shape_b].body].stirred = 1;
+}
+
+/* marks the bodies with a patch that the last step has not left, or that this one has not taken */
+static void ecp_i_mark_stirred(ecp_i_step *s)
+{
+    const ecp_i_patch *list = ecp_i_patches(s->w);
+    int i, next = 0;
+    s->r->asleep = 0;
+    if (!s->watched) return;
+    for (i = 0; i < s->w->bodies; i++) s->motions[i].asleep = s->motions[i].stirred = 0;
+    for (i = 0; i < s->pair_count; i++) {
+        const ecp_i_pair *c = s->pairs + i;
+        if (c->old < 0) {
+            c->ma->stirred = c->mb->stirred = 1;
+            continue;
+        }
+        while (next < c->old) ecp_i_stir(s, list + next++);
+        next++;
+    }
+    while (next < s->w->patches) ecp_i_stir(s, list + next++);
+}
+
+/* does the island sleep, and is what it lies on as it was? */
+static int ecp_i_island_sleeps(const ecp_i_step *s, int label)
+{
+    int i;
+    if (!s->sleepers) return 0;
+    for (i = label; i >= 0; i = s->motions[i].next_body) {
+        if (!s->motions[i].quiet || s->motions[i].stirred) return 0;
+    }
+    for (i = s->motions[label].first_pair; i >= 0; i = s->pairs[i].next_pair) {
+        if (!s->pairs[i].ma->quiet || !s->pairs[i].mb->quiet) return 0;
+    }
+    return 1;
+}
+
+/* an island that sleeps: its bodies stay, and so do its patches */
+static void ecp_i_keep_island(ecp_i_step *s, int label)
+{
+    static const ecp_real none[6] = {0, 0, 0, 0, 0, 0};
+    int i, most = s->w->desc.max_inequalities;
+    for (i = label; i >= 0; i = s->motions[i].next_body) {
+        s->motions[i].asleep = 1;
+        ecp_i_move(s->motions + i, s->h, none);
+        s->r->asleep++;
+    }
+    for (i = s->motions[label].first_pair; i >= 0; i = s->pairs[i].next_pair) {
+        int old = s->pairs[i].old;
+        ECPSIM_MEMCPY(s->records + i, ecp_i_patches(s->w) + old, sizeof(ecp_i_patch));
+        ECPSIM_MEMCPY(s->multipliers + i * most, ecp_i_multipliers(s->w, old),
+                      (size_t)most * sizeof(ecp_real));
+    }
+}
+
+/* at rest, and after the step as before it? */
+static int ecp_i_is_still(const ecp_i_body *before, const ecp_i_body *b)
+{
+    int k;
+    for (k = 0; k < 6; k++) {
+        if (!(b->v[k] == 0 && b->v_carry[k] == 0)) return 0;
+    }
+    return ecp_i_same_bytes(before, b, offsetof(ecp_i_body, kind));
+}
+
+/* Flags what a step has left as it was: first each body by itself (ecp_i_commit), then islands. The
+   world's list of patches is still the old one. */
+static void ecp_i_end_sleep(ecp_i_step *s)
+{
+    ecp_i_body *bodies = ecp_i_bodies(s->w);
+    size_t reals = (size_t)s->w->desc.max_inequalities;
+    int i;
+    ecp_i_ask(s->o, s->watched, &s->w->asked);
+    if (!s->watched) return;
+    for (i = 0; i < s->w->bodies; i++) {
+        ecp_i_motion *m = s->motions + i;
+        if (!m->dynamic) continue;
+        s->motions[m->island].stirred |= m->stirred || !bodies[i].asleep;
+    }
+    for (i = 0; i < s->pair_count; i++) {
+        const ecp_i_pair *c = s->pairs + i;
+        ecp_i_motion *root = s->motions + (c->ma->dynamic ? c->ma : c->mb)->island;
+        if (root->asleep || root->stirred) continue;
+        root->stirred =
+            !c->ma->body->asleep || !c->mb->body->asleep ||
+            !ecp_i_same_bytes(s->records + i, ecp_i_patches(s->w) + c->old, sizeof(ecp_i_patch)) ||
+            !ecp_i_same_bytes(s->multipliers + (size_t)i * reals, ecp_i_multipliers(s->w, c->old),
+                              reals * sizeof(ecp_real));
+    }
+    for (i = 0; i < s->w->bodies; i++) {
+        const ecp_i_motion *m = s->motions + i;
+        if (m->dynamic && s->motions[m->island].stirred) bodies[i].asleep = 0;
+    }
+}
+
+/* Do all bodies sleep? Then the step is done, but for its report. */
+static int ecp_i_world_sleeps(ecp_i_step *s)
+{
+    const ecp_i_body *bodies = ecp_i_bodies(s->w);
+    int i;
+    if (!s->sleepers) return 0;
+    for (i = 0; i < s->w->bodies; i++) {
+        if (bodies[i].kind != ECP_I_FREE && !bodies[i].asleep) return 0;
+    }
+    for (i = 0; i < s->w->bodies; i++) {
+        s->motions[i].dynamic = bodies[i].kind == ECP_DYNAMIC;
+        s->r->asleep += s->motions[i].dynamic;
+    }
+    for (i = 0; i < s->w->patches; i++) {
+        ecp_real gap = ecp_i_patches(s->w)[i].contact.separation;
+        if (i == 0 || gap < s->r->worst_gap) s->r->worst_gap = gap;
+    }
+    s->r->centred = s->o->rule == ECP_CENTRED;
+    s->pair_count = s->w->patches;
+    return 1;
 }
 
 /* >>solve: one island */
@@ -7465,8 +7691,13 @@ static ecp_status ecp_i_solve_all(ecp_i_step *s)
         status = ecp_i_find_pairs(s);
         if (status != ECP_OK) return status;
         ecp_i_label_islands(s);
+        ecp_i_mark_stirred(s);
         for (i = 0; i < s->w->bodies; i++) {
             if (s->motions[i].island != i) continue;
+            if (ecp_i_island_sleeps(s, i)) {
+                ecp_i_keep_island(s, i);
+                continue;
+            }
             status = ecp_i_solve_island(s, i);
             if (status != ECP_OK) return status;
         }
@@ -7485,6 +7716,7 @@ static ecp_status ecp_i_verify(ecp_i_step *s)
         ecp_real gap = s->records[i].contact.separation;
         ecp_real limit = -c->d_floor - 4 * s->o->tolerance * (s->h * c->V + c->a->shape.radius);
         if (i == 0 || gap < s->r->worst_gap) s->r->worst_gap = gap;
+        if (c->ma->asleep || c->mb->asleep) continue; /* was verified when it fell asleep */
         if (!(gap >= limit)) {
             return ecp_i_fail(s->r, ECP_NOT_SOLVED, c->a->body, c->shape_a, c->shape_b, gap, limit);
         }
@@ -7515,15 +7747,19 @@ static ecp_status ecp_i_commit(ecp_i_step *s)
     }
     for (i = 0; i < w->bodies; i++) {
         const ecp_i_motion *m = s->motions + i;
-        ecp_i_body *b = bodies + i;
-        if (b->kind == ECP_STATIC || b->kind == ECP_I_FREE) continue;
+        ecp_i_body *b = bodies + i, before;
+        if (b->kind == ECP_STATIC) b->asleep = s->watched;
+        if (b->kind == ECP_STATIC || b->kind == ECP_I_FREE || m->asleep) continue;
+        if (s->watched) ECPSIM_MEMCPY(&before, b, sizeof before);
         ecp_quat_advance(b->q, m->v + 3, s->h, b->q);
         for (k = 0; k < 3; k++) ecp_i_add_carried(b->x + k, b->x_carry + k, m->dx[k]);
         for (k = 0; m->dynamic && k < 6; k++) {
             ecp_i_add_carried(b->v + k, b->v_carry + k, m->dv[k]);
             b->force[k] = b->impulse[k] = 0;
         }
+        if (s->watched) b->asleep = w->last_h == s->h && ecp_i_is_still(&before, b);
     }
+    ecp_i_end_sleep(s);
     w->last_h = s->h;
     w->patches = s->pair_count;
     ECPSIM_MEMCPY(ecp_i_patches(w), s->records, (size_t)w->patches * sizeof(ecp_i_patch));
@@ -7539,8 +7775,8 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
 {
     ecp_i_step s;
     ecp_status status;
-    int i;
-    s.extras = s.pair_count = 0;
+    int i, asleep;
+    s.extras = s.pair_count = s.sleepers = 0;
     s.w = world;
     s.h = h;
     s.o = o;
@@ -7548,18 +7784,21 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
     s.arena = ecp_i_arena_over(world, world->bytes - spare);
     s.arena.used = s.arena.high = world->state_bytes;
     ecp_i_carve_step(&s.arena, world->bodies, world->shapes, world->desc.max_patches, &s);
-    for (i = 0; i < world->bodies; i++) {
+    ecp_i_begin_sleep(&s, spare > 0);
+    asleep = ecp_i_world_sleeps(&s);
+    for (i = 0; !asleep && i < world->bodies; i++) {
         const ecp_i_body *b = ecp_i_bodies(world) + i;
+        s.motions[i].quiet = s.sleepers && b->asleep;
         if (b->kind != ECP_I_FREE) ecp_i_predict(world, b, h, s.motions + i);
     }
-    status = ecp_i_solve_all(&s);
+    status = asleep ? ECP_OK : ecp_i_solve_all(&s);
     for (i = 0; i < world->bodies; i++) {
         r->largest_turn = ecp_i_max(r->largest_turn, h * ecp_i_norm(s.motions[i].v + 3));
     }
     r->patches_kept = s.pair_count;
     r->patches_left_out = ecp_i_count_pairs(&s) - s.pair_count;
-    if (status == ECP_OK) status = ecp_i_verify(&s);
-    if (status == ECP_OK) status = ecp_i_commit(&s);
+    if (status == ECP_OK && !asleep) status = ecp_i_verify(&s);
+    if (status == ECP_OK && !asleep) status = ecp_i_commit(&s);
     ecp_i_arena_mark(&s.arena);
     if (s.arena.most + spare > r->memory_used) r->memory_used = s.arena.most + spare;
     /* work memory is zero outside a call: a failed step leaves no trace */
@@ -7589,7 +7828,7 @@ static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_op
     ecp_real rest = 1, part = ECP_R(0.5);
     ecp_options quick = *o;
     ecp_status status = ECP_OK;
-    int i;
+    int i, iterations = r->iterations;
     quick.fallbacks &= ECP_FALLBACK_GEOMETRIC | ECP_FALLBACK_CONTINUATION;
     ECPSIM_MEMCPY(saved, block, bytes);
     r->fallbacks |= ECP_FALLBACK_SUBSTEPS;
@@ -7608,7 +7847,7 @@ static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_op
         }
         part /= 4;
         if (status != ECP_NOT_SOLVED || part < ECP_I_SHORTEST || r->substeps == ECP_I_SUBSTEPS ||
-            (ecp_real)r->iterations * (ecp_real)r->unknowns >
+            (ecp_real)(r->iterations - iterations) * (ecp_real)r->unknowns >
                 ECP_I_EFFORT * (ecp_real)o->max_iterations) {
             break;
         }
@@ -7706,6 +7945,8 @@ ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
     p->centred = 0;
     p->contact.shape_a = shape_a;
     p->contact.shape_b = shape_b;
+    ecp_i_wake(world, parts[lo].body);
+    ecp_i_wake(world, parts[hi].body);
     ecp_shape_get(world, shape_a, NULL, NULL, x, R);
     ecp_i_sub(point, x, rel);
     ecp_i_mul_t(R, rel, p->a);
@@ -7892,7 +8133,7 @@ static void ecp_i_put_bodies(const ecp_i_text *t, const ecp_world *w)
         ecp_i_put_list(t, "impulse", b->impulse, 6, 3);
         ecp_i_put(t, "         ");
         ecp_i_put(t, kinds[b->kind - ECP_I_FREE]);
-        ecp_i_put(t, "},\n");
+        ecp_i_put_int(t, ", ", b->asleep, "}, /* kind, asleep */\n");
     }
     ecp_i_put(t, "    };\n");
 }
@@ -8054,7 +8295,12 @@ static void ecp_i_put_world(const ecp_i_text *t, const ecp_world *w)
     ecp_i_put_int(t, "    w->patches = ", w->patches, ";\n");
     ecp_i_put(t, "    w->last_h = ");
     ecp_i_put_real(t, w->last_h);
-    ecp_i_put(t, ";\n");
+    ecp_i_put(t, ";\n    w->asked.tolerance = ");
+    ecp_i_put_real(t, w->asked.tolerance);
+    ecp_i_put_int(t, ";\n    w->asked.sleep = ", w->asked.sleep, ";\n");
+    ecp_i_put_int(t, "    w->asked.rule = ", w->asked.rule, ";\n");
+    ecp_i_put_int(t, "    w->asked.max_iterations = ", w->asked.max_iterations, ";\n");
+    ecp_i_put_int(t, "    w->asked.fallbacks = ", w->asked.fallbacks, ";\n");
     if (w->bodies > 0) ecp_i_put(t, "    memcpy(ecp_i_bodies(w), bodies, sizeof bodies);\n");
     if (w->shapes > 0) ecp_i_put(t, "    memcpy(ecp_i_parts(w), parts, sizeof parts);\n");
     if (w->patches > 0) {
@@ -8092,6 +8338,7 @@ ECP_DEF ecp_status ecp_dump(const ecp_world *world, ecp_real h, const ecp_option
     ecp_i_put_real(&t, o.tolerance);
     ecp_i_put_int(&t, ";\n    options.max_iterations = ", o.max_iterations, ";\n");
     ecp_i_put_int(&t, "    options.fallbacks = ", o.fallbacks, ";\n");
+    if (o.sleep) ecp_i_put(&t, "    options.sleep = 1;\n");
     for (i = 0; i < world->shapes; i++) {
         if (ecp_i_parts(world)[i].shape.kind != ECP_CONVEX) continue;
         ecp_i_put_int(&t, "    return ECP_BAD_KIND; /* shape ", i,

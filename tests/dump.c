@@ -27,15 +27,16 @@ static unsigned long hash_world(const ecp_world *w)
 }
 
 /* the status of the step, the world after it, and after ten more */
-static int show(ecp_world *w, ecp_status status)
+static int show(ecp_world *w, const ecp_report *r)
 {
+    ecp_status status = r->status;
     int k;
-    printf("%d, %d bodies, %d contacts, hash %08lx", (int)status, w->bodies, w->patches,
-           hash_world(w));
+    printf("%d, %d bodies, %d asleep, %d contacts, hash %08lx", (int)status, w->bodies, r->asleep,
+           w->patches, hash_world(w));
     for (k = 0; k < 10; k++) ecp_step(w, ECP_R(0.01), NULL, NULL);
     printf(", then %08lx\n", hash_world(w));
     free(w);
-    return status != ECP_OK;
+    return status != ECP_OK || r->asleep != 1;
 }
 
 #ifdef DUMPED
@@ -45,8 +46,9 @@ static int show(ecp_world *w, ecp_status status)
 int main(void)
 {
     ecp_world *w = NULL;
-    ecp_status status = dumped_step(&w, NULL);
-    return w ? show(w, status) : 1;
+    ecp_report r;
+    dumped_step(&w, &r);
+    return w ? show(w, &r) : 1;
 }
 
 #else
@@ -80,11 +82,12 @@ int main(int argc, char **argv)
     ecp_body_desc ground = ecp_body_desc_default();
     ecp_shape s[8];
     ecp_world *w = NULL;
+    ecp_report r;
     FILE *file = argc > 1 ? fopen(argv[1], "w") : NULL;
     size_t bytes;
     int i, k, body, fixed;
     if (!file) return 1;
-    desc.max_bodies = 10;
+    desc.max_bodies = 12;
     desc.max_patches = 20;
     bytes = ecp_world_memsize(&desc);
     ecp_world_init(&w, &desc, malloc(bytes), bytes);
@@ -104,7 +107,7 @@ int main(int argc, char **argv)
     ecp_shape_frustum(s + 5, ECP_R(0.2), ECP_R(0.1), ECP_R(0.12));
     ecp_shape_box(s + 6, radii);
     ecp_shape_polytope(s + 7, planes, 4, vertices, 4);
-    /* every kind on a slope, a box that passes, and two indices that are free again */
+    /* every kind on a slope, a box that passes, two indices that are free again, and a box that sleeps */
     m.mu = ECP_R(0.3);
     m.e_t = ECP_R(0.8);
     m.e_r = ECP_R(0.05);
@@ -120,16 +123,25 @@ int main(int argc, char **argv)
     body = add_body(w, ECP_KINEMATIC, 4.2, -0.5);
     ecp_body_add_shape(w, body, s + 6, NULL, NULL, NULL, &k);
     ecp_shape_set_filter(w, k, 2, 0xfffffff5u);
-    for (i = 0; i < 25; i++) ecp_step(w, ECP_R(0.01), NULL, NULL);
+    ecp_i_set3(ECP_R(-5.0), 0, 3, ground.position);
+    ecp_body_add(w, &ground, &fixed);
+    ecp_body_add_shape(w, fixed, s + 6, NULL, NULL, NULL, NULL);
+    ground.kind = ECP_DYNAMIC;
+    ground.position[2] += 2 * radii[2];
+    ecp_body_add(w, &ground, &body);
+    ecp_body_add_shape(w, body, s + 6, NULL, NULL, NULL, NULL);
+    o.rule = ECP_NEAREST;
+    o.tolerance /= 2;
+    o.sleep = 1;
+    for (i = 0; i < 25; i++) ecp_step(w, ECP_R(0.0123), &o, NULL);
     ecp_body_remove(w, 3);
     ecp_body_remove(w, 4);
     ecp_body_apply_force(w, 1, load, NULL);
     ecp_body_apply_impulse(w, 2, at, load);
     ecp_guess_ecp(w, 2, 0, at);
-    o.rule = ECP_NEAREST;
-    o.tolerance /= 2;
     if (ecp_dump(w, ECP_R(0.0123), &o, write_file, file) != ECP_OK || fclose(file)) return 1;
-    return show(w, ecp_step(w, ECP_R(0.0123), &o, NULL));
+    ecp_step(w, ECP_R(0.0123), &o, &r);
+    return show(w, &r);
 }
 
 #endif

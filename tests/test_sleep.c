@@ -1,0 +1,469 @@
+/* Sleep: every scene runs twice, with options.sleep and without, and after every step all bits of all
+   bodies, contacts and multipliers must be the same. So each event below fails where a body sleeps
+   through it; and each scene says when how many bodies are to be asleep, so that it also fails where
+   nothing sleeps at all. */
+#include "test.h"
+
+typedef struct sleep_run {
+    ecp_world *w[2]; /* that sleeps, and that does not */
+    ecp_options o[2];
+    ecp_report r[2];
+    ecp_real h;
+} sleep_run;
+
+/* ---- scenes */
+
+static int sleep_box(ecp_world *w, ecp_body_kind kind, double x, double y, double z, double half_z)
+{
+    ecp_body_desc d = ecp_body_desc_default();
+    ecp_real half[3];
+    ecp_shape shape;
+    int body = -1, k;
+    half[0] = half[1] = ECP_R(0.1);
+    half[2] = (ecp_real)half_z;
+    d.kind = kind;
+    d.position[0] = (ecp_real)x;
+    d.position[1] = (ecp_real)y;
+    d.position[2] = (ecp_real)z;
+    for (k = 0; k < 3; k++) {
+        ecp_real a = half[(k + 1) % 3], b = half[(k + 2) % 3];
+        d.inertia[4 * k] = (a * a + b * b) / 3;
+    }
+    CHECK(ecp_body_add(w, &d, &body) == ECP_OK);
+    CHECK(ecp_shape_box(&shape, half) == ECP_OK);
+    CHECK(ecp_body_add_shape(w, body, &shape, NULL, NULL, NULL, NULL) == ECP_OK);
+    return body;
+}
+
+static int sleep_ball(ecp_world *w, double x, double z, double v)
+{
+    ecp_body_desc d = ecp_body_desc_default();
+    ecp_shape shape;
+    int body = -1;
+    d.position[0] = (ecp_real)x;
+    d.position[2] = (ecp_real)z;
+    d.velocity[0] = (ecp_real)v;
+    d.inertia[0] = d.inertia[4] = d.inertia[8] = ECP_R(0.004);
+    CHECK(ecp_body_add(w, &d, &body) == ECP_OK);
+    CHECK(ecp_shape_sphere(&shape, ECP_R(0.1)) == ECP_OK);
+    CHECK(ecp_body_add_shape(w, body, &shape, NULL, NULL, NULL, NULL) == ECP_OK);
+    return body;
+}
+
+/* Body 0 the ground, 1 to 3 a stack, 4 a box by itself, 5 a static table that carries box 6, 7 a
+   kinematic plate that carries box 8. Shapes have the indices of their bodies. */
+static ecp_world *sleep_room(void)
+{
+    ecp_world_desc d = ecp_world_desc_default();
+    ecp_world *w;
+    int i;
+    d.max_bodies = 12;
+    d.max_patches = 24;
+    w = test_world(&d);
+    test_ground(w, 0, 0, 1, NULL);
+    for (i = 0; i < 3; i++) sleep_box(w, ECP_DYNAMIC, 0.01 * i, 0, 0.1 + 0.2 * i, 0.1);
+    sleep_box(w, ECP_DYNAMIC, 2, 0, 0.1, 0.1);
+    sleep_box(w, ECP_STATIC, 0, 3, 0.5, 0.1);
+    sleep_box(w, ECP_DYNAMIC, 0.02, 3, 0.7, 0.1);
+    sleep_box(w, ECP_KINEMATIC, 3, 3, 0.5, 0.1);
+    sleep_box(w, ECP_DYNAMIC, 3, 3.03, 0.65, 0.05);
+    return w;
+}
+
+/* ---- running both */
+
+static sleep_run sleep_begin(ecp_world *(*build)(void))
+{
+    sleep_run run;
+    int k;
+    memset(&run, 0, sizeof run);
+    for (k = 0; k < 2; k++) {
+        run.w[k] = build();
+        run.o[k] = ecp_options_default();
+        run.o[k].sleep = k == 0;
+    }
+    run.h = ECP_R(0.01);
+    return run;
+}
+
+static void sleep_end(sleep_run *run)
+{
+    free(run->w[0]);
+    free(run->w[1]);
+}
+
+/* are all bits of the two worlds the same, but for what says who sleeps? */
+static int sleep_same(const ecp_world *a, const ecp_world *b)
+{
+    size_t patches = (size_t)a->patches, most = (size_t)a->desc.max_inequalities;
+    int i;
+    if (a->bodies != b->bodies || a->patches != b->patches || a->last_h != b->last_h) return 0;
+    for (i = 0; i < a->bodies; i++) {
+        if (memcmp(ecp_i_bodies(a) + i, ecp_i_bodies(b) + i, offsetof(ecp_i_body, asleep)))
+            return 0;
+    }
+    return !memcmp(ecp_i_patches(a), ecp_i_patches(b), patches * sizeof(ecp_i_patch)) &&
+           !memcmp(ecp_i_multipliers(a, 0), ecp_i_multipliers(b, 0),
+                   patches * most * sizeof(ecp_real));
+}
+
+/* steps of both; returns how many bodies the last one left out, -1 if the two have differed */
+static int sleep_steps(sleep_run *run, int steps)
+{
+    int i, k;
+    for (i = 0; i < steps; i++) {
+        for (k = 0; k < 2; k++) {
+            if (ecp_step(run->w[k], run->h, run->o + k, run->r + k) != ECP_OK) return -1;
+        }
+        if (!sleep_same(run->w[0], run->w[1])) return -1;
+    }
+    CHECK(run->r[1].asleep == 0);
+    CHECK(run->r[0].patches_kept == run->r[1].patches_kept);
+    CHECK(run->r[0].patches_left_out == run->r[1].patches_left_out);
+    CHECK_NEAR(run->r[0].worst_gap, run->r[1].worst_gap, 0);
+    return run->r[0].asleep;
+}
+
+/* Does the event wake just so many of the room's six, in its own step? And do they all sleep again some
+   steps later, but for `stays` of them? (-1: it depends on rounding whether a tilted box comes to rest
+   to the last bit.) */
+typedef void (*sleep_event)(ecp_world *w);
+
+static void sleep_wakes(sleep_event event, int wakes, int stays, int line)
+{
+    sleep_run run = sleep_begin(sleep_room);
+    int asleep = sleep_steps(&run, 20), k;
+    test_check(asleep == 6, "the room sleeps", __FILE__, line);
+    for (k = 0; k < 2; k++) event(run.w[k]);
+    asleep = sleep_steps(&run, 1);
+    test_check(asleep == 6 - wakes, "the event wakes as many as it should", __FILE__, line);
+    asleep = sleep_steps(&run, 150);
+    test_check(asleep == 6 - stays || (stays < 0 && asleep >= 5), "and they sleep again", __FILE__,
+               line);
+    sleep_end(&run);
+}
+
+#define WAKES(event, wakes, stays) sleep_wakes(event, wakes, stays, __LINE__)
+
+/* ---- events */
+
+static const ecp_real sleep_up[3] = {0, 0, ECP_R(3.0)}, sleep_aside[3] = {ECP_R(0.4), 0, 0};
+
+static void nothing(ecp_world *w) { (void)w; }
+static void force(ecp_world *w) { ecp_body_apply_force(w, 3, sleep_up, NULL); }
+static void torque(ecp_world *w) { ecp_body_apply_torque(w, 4, sleep_aside); }
+static void impulse(ecp_world *w) { ecp_body_apply_impulse(w, 4, sleep_aside, NULL); }
+static void angular_impulse(ecp_world *w) { ecp_body_apply_angular_impulse(w, 6, sleep_aside); }
+static void velocity(ecp_world *w) { ecp_body_set_state(w, 2, NULL, NULL, sleep_aside, NULL); }
+
+static void lift(ecp_world *w)
+{
+    static const ecp_real at[3] = {0, 0, ECP_R(0.7)};
+    ecp_body_set_state(w, 3, at, NULL, NULL, NULL);
+}
+
+static void tilt_table(ecp_world *w)
+{
+    static const ecp_real q[4] = {1, ECP_R(0.02), 0, 0};
+    ecp_body_set_state(w, 5, NULL, q, NULL, NULL);
+}
+
+static void lower_table(ecp_world *w)
+{
+    static const ecp_real at[3] = {0, 3, ECP_R(0.4)};
+    ecp_body_set_state(w, 5, at, NULL, NULL, NULL);
+}
+
+static void move_plate(ecp_world *w) { ecp_body_set_state(w, 7, NULL, NULL, sleep_aside, NULL); }
+static void remove_table(ecp_world *w) { ecp_body_remove(w, 5); }
+static void remove_lowest(ecp_world *w) { ecp_body_remove(w, 1); }
+static void touch(ecp_world *w) { ecp_body_set_state(w, 2, NULL, NULL, NULL, NULL); }
+static void fall_through(ecp_world *w) { ecp_shape_set_filter(w, 6, 2, 0xfffffffdu & 2u); }
+
+static void table_lets_through(ecp_world *w) { ecp_shape_set_filter(w, 5, 0, 0); }
+
+static void gravity(ecp_world *w)
+{
+    static const ecp_real g[3] = {ECP_R(0.3), 0, ECP_R(-5.0)};
+    ecp_world_set_gravity(w, g);
+}
+
+static void guess(ecp_world *w)
+{
+    static const ecp_real at[3] = {ECP_R(2.05), ECP_R(0.02), 0};
+    ecp_guess_ecp(w, 4, 0, at);
+}
+
+/* a guess for two that do not touch changes nothing */
+static void far_guess(ecp_world *w)
+{
+    static const ecp_real at[3] = {1, 1, 1};
+    ecp_guess_ecp(w, 4, 6, at);
+}
+
+static void put_on_top(ecp_world *w) { sleep_box(w, ECP_DYNAMIC, 0, 0, 0.7, 0.1); }
+
+/* the box by itself gets a foot that touches the ground */
+static void add_foot(ecp_world *w)
+{
+    static const ecp_real at[3] = {ECP_R(0.05), 0, ECP_R(-0.08)};
+    ecp_shape foot;
+    ecp_shape_sphere(&foot, ECP_R(0.02));
+    ecp_body_add_shape(w, 4, &foot, at, NULL, NULL, NULL);
+}
+
+static void test_sleep_events(void)
+{
+    WAKES(nothing, 0, 0);
+    WAKES(force, 3, 0);
+    WAKES(torque, 1, 0);
+    WAKES(impulse, 1, 0);
+    WAKES(angular_impulse, 1, 0);
+    WAKES(velocity, 3, 0);
+    WAKES(lift, 3, 0);
+    WAKES(touch, 3, 0);
+    WAKES(tilt_table, 1, -1);
+    WAKES(lower_table, 1, 0);
+    WAKES(move_plate, 1, 1);
+    WAKES(remove_table, 1, 0);
+    WAKES(remove_lowest, 3, 1);
+    WAKES(fall_through, 1, 1);
+    WAKES(table_lets_through, 1, 0);
+    WAKES(gravity, 6, 0);
+    WAKES(guess, 1, 0);
+    WAKES(far_guess, 2, 0);
+    WAKES(put_on_top, 3, -1);
+    WAKES(add_foot, 1, 0);
+}
+
+/* what a step is asked for */
+static void test_sleep_asked(void)
+{
+    sleep_run run = sleep_begin(sleep_room);
+    int k, change;
+    CHECK(sleep_steps(&run, 20) == 6);
+    for (change = 0; change < 5; change++) {
+        for (k = 0; k < 2; k++) {
+            if (change == 1) run.o[k].tolerance *= 2;
+            if (change == 2) run.o[k].rule = ECP_NEAREST;
+            if (change == 3) run.o[k].max_iterations++;
+            if (change == 4) run.o[k].fallbacks &= ~ECP_FALLBACK_LOAD;
+        }
+        if (change == 0) run.h *= 2;
+        CHECK(sleep_steps(&run, 1) == 0);
+        CHECK(sleep_steps(&run, 20) == 6);
+    }
+    /* off and on again: flags are not believed that a step has not set */
+    run.o[0].sleep = 0;
+    CHECK(sleep_steps(&run, 1) == 0);
+    run.o[0].sleep = 1;
+    CHECK(sleep_steps(&run, 1) == 0);
+    CHECK(sleep_steps(&run, 2) == 6);
+    run.o[0].sleep = 2;
+    CHECK(ecp_step(run.w[0], run.h, run.o, NULL) == ECP_BAD_OPTION);
+    sleep_end(&run);
+}
+
+/* ---- a ball hits a stack that sleeps, next to what it does not touch */
+
+static ecp_world *sleep_thrown(void)
+{
+    ecp_world *w = sleep_room();
+    sleep_ball(w, -5, 1.2, 6);
+    return w;
+}
+
+static void test_sleep_ball(void)
+{
+    sleep_run run = sleep_begin(sleep_thrown);
+    int k, asleep, slept = 0, hit = -1;
+    for (k = 0; k < 600; k++) {
+        asleep = sleep_steps(&run, 1);
+        if (asleep < 0) break;
+        if (hit < 0 && asleep == 6) slept++;
+        if (slept > 20 && asleep == 3 && hit < 0) hit = k;
+        if (hit >= 0 && k < hit + 30) CHECK(asleep >= 3);
+    }
+    CHECK(k == 600);
+    CHECK(slept > 50 && hit > 60);
+    sleep_end(&run);
+}
+
+/* a box too fast for its margin comes to rest against one that sleeps: the two meet within a step */
+static void test_sleep_surprise(void)
+{
+    sleep_run run = sleep_begin(sleep_room);
+    static const ecp_real push[3] = {ECP_R(-90.0), 0, 0}, up[3] = {0, 0, ECP_R(4.0)};
+    int k, i;
+    CHECK(sleep_steps(&run, 20) == 6);
+    for (i = 0; i < 40; i++) {
+        for (k = 0; k < 2; k++) {
+            ecp_body_apply_impulse(run.w[k], i % 2 ? 4 : 2, i == 0 ? push : up, NULL);
+        }
+        CHECK(sleep_steps(&run, 10) >= 0);
+    }
+    sleep_end(&run);
+}
+
+/* ---- sub-steps: where one island needs them the others are solved in the same parts */
+
+static void test_sleep_substeps(void)
+{
+    sleep_run run = sleep_begin(sleep_thrown);
+    int k;
+    CHECK(sleep_steps(&run, 20) == 6);
+    for (k = 0; k < 2; k++) {
+        memset(run.r + k, 0, sizeof run.r[k]);
+        CHECK(ecp_i_step_by_parts(run.w[k], run.h, run.o + k, run.r + k) == ECP_OK);
+        CHECK(run.r[k].substeps == 2 && run.r[k].asleep == 0);
+    }
+    CHECK(sleep_same(run.w[0], run.w[1]));
+    CHECK(sleep_steps(&run, 1) == 0);
+    CHECK(sleep_steps(&run, 10) == 6);
+    sleep_end(&run);
+}
+
+/* ---- worlds and events at random */
+
+static ecp_world *sleep_heap(void)
+{
+    ecp_world_desc d = ecp_world_desc_default();
+    ecp_world *w;
+    int i;
+    d.max_bodies = 14;
+    d.max_patches = 60;
+    w = test_world(&d);
+    test_ground(w, 0, 0, 1, NULL);
+    sleep_box(w, ECP_STATIC, 0.5, 0, 0.05, 0.05);
+    for (i = 0; i < 7; i++) {
+        sleep_box(w, ECP_DYNAMIC, 0.5 * (i % 3) + 0.02 * test_random(), 0.02 * test_random(),
+                  0.15 + 0.25 * (i / 3), i % 2 ? 0.1 : 0.05);
+    }
+    return w;
+}
+
+static void sleep_chance(ecp_world *w, double what, double x)
+{
+    ecp_real v[3] = {0, 0, 0};
+    int body = 1 + (int)(4 * (1 + x));
+    v[0] = (ecp_real)x;
+    v[2] = (ecp_real)(1 + x);
+    if (what < -0.7) {
+        ecp_body_remove(w, body);
+    } else if (what < -0.4) {
+        sleep_box(w, ECP_DYNAMIC, x, 0, 1.2, 0.1);
+    } else if (what < -0.1) {
+        ecp_body_apply_impulse(w, body, v, NULL);
+    } else if (what < 0.2) {
+        ecp_body_apply_force(w, body, v, NULL);
+    } else if (what < 0.4) {
+        ecp_body_set_state(w, body, NULL, NULL, NULL, v);
+    } else if (what < 0.6) {
+        ecp_shape_set_filter(w, body, x < 0 ? 1u : 3u, x < -0.5 ? 2u : 3u);
+    } else if (what < 0.8) {
+        sleep_ball(w, -1, 0.3, 3 * x);
+    }
+}
+
+static void test_sleep_random(void)
+{
+    unsigned seed = test_seed;
+    int trial, i, k, asleep, slept = 0, woken = 0;
+    for (trial = 0; trial < 12; trial++) {
+        sleep_run run;
+        ecp_world *twin;
+        run = sleep_begin(sleep_heap);
+        /* the second world is a copy: the heap was made from other random numbers */
+        twin = run.w[1];
+        memcpy(twin, run.w[0], run.w[0]->bytes);
+        for (i = 0; i < 10; i++) {
+            double what = test_random(), x = test_random();
+            asleep = sleep_steps(&run, 60);
+            CHECK(asleep >= 0);
+            if (asleep < 0) break;
+            slept += asleep > 0;
+            for (k = 0; k < 2; k++) {
+                int failed = test_failed;
+                sleep_chance(run.w[k], what, x);
+                test_failed = failed; /* a full world takes no more bodies */
+            }
+            k = sleep_steps(&run, 1);
+            woken += k >= 0 && k < asleep;
+        }
+        sleep_end(&run);
+    }
+    CHECK(slept > 60 && woken > 20);
+    test_seed = seed;
+}
+
+/* ---- the rest */
+
+/* contacts of bodies that sleep carry their weight; a snapshot sleeps on; a failed step changes
+   neither state nor sleep */
+static void test_sleep_contacts(void)
+{
+    sleep_run run = sleep_begin(sleep_room);
+    ecp_contact c;
+    double sum = 0;
+    size_t bytes;
+    ecp_world *copy;
+    ecp_options hard;
+    static const ecp_real fast[3] = {3, 4, -5};
+    int i;
+    CHECK(sleep_steps(&run, 20) == 6);
+    for (i = 0; i < ecp_contact_count(run.w[0]); i++) {
+        CHECK(ecp_contact_get(run.w[0], i, &c) == ECP_OK);
+        CHECK(c.mode == ECP_STICK);
+        if (c.body_b == 0 || c.body_a == 0) sum += (double)c.p_n;
+    }
+    CHECK_NEAR(sum, 4 * 9.8 * 0.01, test_by(1e-12, 1e-5));
+    CHECK(run.r[0].unknowns == 0 && run.r[0].islands == 0 && run.r[0].evaluations == 0);
+    CHECK(run.r[0].centred == 1);
+    bytes = run.w[0]->bytes;
+    copy = (ecp_world *)malloc(bytes);
+    memcpy(copy, run.w[0], bytes);
+    CHECK(ecp_step(copy, run.h, run.o, run.r) == ECP_OK && run.r[0].asleep == 6);
+    CHECK(memcmp(copy, run.w[0], bytes) == 0);
+    /* box 4 cannot be solved, the others sleep */
+    ecp_body_set_state(copy, 4, NULL, NULL, NULL, fast);
+    memcpy(run.w[0], copy, bytes);
+    hard = run.o[0];
+    hard.max_iterations = 1;
+    hard.fallbacks = 0;
+    hard.tolerance /= 100;
+    CHECK(ecp_step(copy, run.h, &hard, run.r) == ECP_NOT_SOLVED);
+    CHECK(memcmp(copy, run.w[0], bytes) == 0);
+    CHECK(ecp_step(copy, run.h, run.o, run.r) == ECP_OK && run.r[0].asleep == 5);
+    free(copy);
+    sleep_end(&run);
+}
+
+/* at rest without gravity, without any patch; and no sleep in free flight or free spin */
+static void test_sleep_space(void)
+{
+    static const ecp_real none[3] = {0, 0, 0}, v[3] = {1, 0, 0};
+    ecp_world *w = test_world(NULL);
+    ecp_options o = ecp_options_default();
+    ecp_report r;
+    int i;
+    o.sleep = 1;
+    ecp_world_set_gravity(w, none);
+    for (i = 0; i < 3; i++) sleep_box(w, ECP_DYNAMIC, i, 0, 0, 0.1);
+    ecp_body_set_state(w, 1, NULL, NULL, v, NULL);
+    ecp_body_set_state(w, 2, NULL, NULL, NULL, v);
+    for (i = 0; i < 4; i++) CHECK(ecp_step(w, ECP_R(0.01), &o, &r) == ECP_OK);
+    CHECK(r.asleep == 1 && r.largest_turn > 0);
+    free(w);
+}
+
+static void test_sleep(void)
+{
+    test_sleep_events();
+    test_sleep_asked();
+    test_sleep_ball();
+    test_sleep_surprise();
+    test_sleep_substeps();
+    test_sleep_random();
+    test_sleep_contacts();
+    test_sleep_space();
+}

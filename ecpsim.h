@@ -7162,7 +7162,6 @@ static void ecp_i_end_sleep(ecp_i_step *s)
         ecp_i_motion *root = s->motions + (c->ma->dynamic ? c->ma : c->mb)->island;
         if (root->asleep || root->stirred) continue;
         root->stirred =
-            !c->ma->body->asleep || !c->mb->body->asleep ||
             !ecp_i_same_bytes(s->records + i, ecp_i_patches(s->w) + c->old, sizeof(ecp_i_patch)) ||
             !ecp_i_same_bytes(s->multipliers + (size_t)i * reals, ecp_i_multipliers(s->w, c->old),
                               reals * sizeof(ecp_real));

@@ -264,6 +264,22 @@ static void test_sleep_asked(void)
     sleep_end(&run);
 }
 
+/* a load in every step, the same: the bodies come to rest under it, but the next step is without */
+static void test_sleep_load(void)
+{
+    static const ecp_real push[3] = {1, ECP_R(0.5), 2};
+    sleep_run run = sleep_begin(sleep_room);
+    int i, k;
+    CHECK(sleep_steps(&run, 20) == 6);
+    for (i = 0; i < 20; i++) {
+        for (k = 0; k < 2; k++) ecp_body_apply_force(run.w[k], 4, push, NULL);
+        CHECK(sleep_steps(&run, 1) == 5);
+    }
+    CHECK(sleep_steps(&run, 1) == 5);
+    CHECK(sleep_steps(&run, 10) == 6);
+    sleep_end(&run);
+}
+
 /* ---- a ball hits a stack that sleeps, next to what it does not touch */
 
 static ecp_world *sleep_thrown(void)
@@ -460,6 +476,7 @@ static void test_sleep(void)
 {
     test_sleep_events();
     test_sleep_asked();
+    test_sleep_load();
     test_sleep_ball();
     test_sleep_surprise();
     test_sleep_substeps();

@@ -90,6 +90,19 @@
        ECPSIM_MEMCPY, ECPSIM_MEMSET   instead of <string.h>, both or none
        ECPSIM_ASSERT(x) instead of assert; guards against the library's own errors only
 
+   WHAT A PROGRAM DOES NOT NEED
+   Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
+   not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
+   the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
+   -Os, ECPSIM_FLOAT) for a table on three legs, as printed by `make size`, of 42,900.
+
+       ECPSIM_NO_PAIRS      9,208  primitives meet half-spaces only; others pass through each other, as
+                                   with ecp_shape_set_filter(). Also needs half of the work memory
+       ECPSIM_FALLBACKS     4,632  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
+                                   nothing is said). Options that ask for others are ECP_BAD_OPTION.
+                                   1,052 if it is ECP_FALLBACK_GEOMETRIC; without
+                                   ECP_FALLBACK_SUBSTEPS 480 and the work memory for a second state
+
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
    allocated. The stack stays small and bounded. A world contains no address of itself: copying the
@@ -848,6 +861,19 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
 #endif
 
 #define ECP_R(x) ((ecp_real)(x))
+
+/* What a program can do without (see the manual), as constants of ordinary conditions: what these
+   exclude is still compiled, and then dropped. */
+#ifdef ECPSIM_NO_PAIRS
+#define ECP_I_PAIRS 0
+#else
+#define ECP_I_PAIRS 1
+#endif
+#ifndef ECPSIM_FALLBACKS
+#define ECPSIM_FALLBACKS                                                                           \
+    (ECP_FALLBACK_GEOMETRIC | ECP_FALLBACK_CONTINUATION | ECP_FALLBACK_MULTISTART |                \
+     ECP_FALLBACK_LOAD | ECP_FALLBACK_SUBSTEPS)
+#endif
 
 /* the spacing of the reals at 1: all tolerances for rounding are multiples of it */
 #ifdef ECPSIM_FLOAT
@@ -3550,9 +3576,19 @@ typedef struct ecp_i_pair {
     const ecp_real *left;         /* the values of the unknowns passed on to it */
 } ecp_i_pair;
 
+/* Is B a half-space? Does B move under impulses? With ECPSIM_NO_PAIRS compilers know. */
+static int ecp_i_on_plane(const ecp_i_pair *c) { return !ECP_I_PAIRS || c->plane; }
+static int ecp_i_moves_b(const ecp_i_pair *c) { return ECP_I_PAIRS && c->mb->dynamic; }
+
+/* how many bodies a patch can move */
+#define ECP_I_MOVERS (1 + ECP_I_PAIRS)
+
 static int ecp_i_at_d(const ecp_i_pair *c) { return 3 + c->nl; }
 static int ecp_i_at_m(const ecp_i_pair *c) { return 4 + c->nl; }
-static int ecp_i_at_p(const ecp_i_pair *c) { return c->plane ? 3 + c->nl : 4 + c->nl + c->nm; }
+static int ecp_i_at_p(const ecp_i_pair *c)
+{
+    return ecp_i_on_plane(c) ? 3 + c->nl : 4 + c->nl + c->nm;
+}
 
 /* the root of the square of what is larger is the number itself, in either precision */
 #define ECP_I_SQUARE ECP_R(1e-18)
@@ -3659,7 +3695,7 @@ static void ecp_i_pair_turn_b(ecp_i_pair *c)
     if (c->turns_b == c->mb->turns) return;
     c->turns_b = c->mb->turns;
     ecp_i_matmul(c->mb->R, c->b->rotation, c->Qb);
-    if (!c->plane) return;
+    if (!ecp_i_on_plane(c)) return;
     ecp_i_mul(c->Qb, c->b->shape.size, c->N);
     ecp_i_scale(-1, c->N, c->n);
     ecp_i_set_direction(c);
@@ -3678,14 +3714,14 @@ static void ecp_i_pair_place(ecp_i_pair *c, const ecp_real a[3])
     ecp_i_mul(c->a->rotation, a, at);
     ecp_i_axpy(at, 1, c->a->position, at);
     ecp_i_mul(c->ma->R0, at, c->ra0);
-    if (c->plane) ecp_i_plane_gap_before(c);
+    if (ecp_i_on_plane(c)) ecp_i_plane_gap_before(c);
 }
 
 /* N, and the rounding error of the gap, of a patch whose Qa, ra, rb, cone are known */
 static void ecp_i_pair_normal(ecp_i_pair *c)
 {
     ecp_i_pair_turn_b(c);
-    if (c->plane) return;
+    if (ecp_i_on_plane(c)) return;
     ecp_i_mul(c->Qa, c->cone, c->n);
     ecp_i_scale(-1, c->n, c->N);
     c->d_floor = ECP_I_EPSILON * (ecp_i_norm(c->offset) + ecp_i_norm(c->ra) + ecp_i_norm(c->rb));
@@ -3696,9 +3732,9 @@ static void ecp_i_pair_normal(ecp_i_pair *c)
 static void ecp_i_pair_gap(ecp_i_pair *c, const ecp_real *y, ecp_real h)
 {
     ecp_real origin[3], at[3];
-    c->d = c->plane ? ecp_i_plane_gap_after(c) : h * c->V * y[ecp_i_at_d(c)];
+    c->d = ecp_i_on_plane(c) ? ecp_i_plane_gap_after(c) : h * c->V * y[ecp_i_at_d(c)];
     ecp_i_axpy(c->rb, c->d, c->n, c->rb2);
-    if (c->plane) return;
+    if (ecp_i_on_plane(c)) return;
     ecp_i_mul(c->mb->R, c->b->position, origin);
     ecp_i_sub(c->rb2, origin, at);
     ecp_i_mul_t(c->Qb, at, c->b_local);
@@ -3767,7 +3803,7 @@ static void ecp_i_pair_evaluate(ecp_i_pair *c, const ecp_real *y, ecp_real h)
 {
     ecp_i_pair_geometry(c, y);
     ecp_i_pair_gap(c, y, h);
-    if (c->nf > 0 && !c->plane) ecp_i_tangents(c);
+    if (c->nf > 0 && !ecp_i_on_plane(c)) ecp_i_tangents(c);
     ecp_i_pair_impulse(c, y);
     ecp_i_pair_slip(c);
 }
@@ -3816,8 +3852,8 @@ static void ecp_i_pair_residual(const ecp_i_pair *c, const ecp_real *y, ecp_real
 {
     ecp_real r, local[3], shrink, unit = -1 / c->L;
     int i, k, row = 0;
-    ecp_i_mul_t(c->plane ? c->Qa : c->Qb, c->n, local);
-    if (c->plane) {
+    ecp_i_mul_t(ecp_i_on_plane(c) ? c->Qa : c->Qb, c->n, local);
+    if (ecp_i_on_plane(c)) {
         for (k = 0; k < 3; k++) F[row++] = c->cone[k] - local[k];
     } else {
         F[row++] = (ecp_i_dot(c->n, c->n) - 1) / 2;
@@ -3953,7 +3989,7 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i
     int pushes = t->p[0] != 0 || !ecp_i_is_zero(t->p + 1);
     int moves = turns || d != 0 || !ecp_i_is_zero(t->rb) || !ecp_i_is_zero(t->v) ||
                 !ecp_i_is_zero(t->ra) || !ecp_i_is_zero(t->spin) || !ecp_i_is_zero(t->turn_b);
-    if (c->plane) {
+    if (ecp_i_on_plane(c)) {
         for (k = 0; k < 3; k++) column[ld * k] = t->rows[k];
         d = ecp_i_dot(c->N, t->rb);
     } else if (moves) {
@@ -3996,7 +4032,7 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i
         ecp_i_wrench_column(c, c->ma, 1, c->ra, t->ra, dF, twist, column + ld * row);
         row += 6;
     }
-    if (c->mb->dynamic)
+    if (ecp_i_moves_b(c))
         ecp_i_wrench_column(c, c->mb, -1, c->rb, t->rb, dF, twist, column + ld * row);
 }
 
@@ -4069,7 +4105,7 @@ enum { ECP_I_GEOMETRY = 1, ECP_I_IMPULSE = 2, ECP_I_LAST = 4 };
 static void ecp_i_change_cone(const ecp_i_pair *c, const ecp_real dcone[3], ecp_i_change *t)
 {
     ecp_real turned[3];
-    if (c->plane) {
+    if (ecp_i_on_plane(c)) {
         ecp_i_axpy(t->rows, 1, dcone, t->rows);
     } else {
         ecp_i_mul(c->Qa, dcone, turned);
@@ -4114,14 +4150,14 @@ static void ecp_i_change_motion(const ecp_i_pair *c, const ecp_i_motion *m, ecp_
     ecp_i_axpy(t->spin, sign, w, t->spin);
     ecp_i_axpy(t->v, sign * m->speed, dv, t->v);
     ecp_i_scale(sign * h * m->speed, dv, dr); /* of x_A - x_B */
-    if (m == c->ma) {
+    if (!ECP_I_PAIRS || m == c->ma) {
         ecp_i_cross(turn, c->ra, u);
         ecp_i_axpy(t->ra, 1, u, t->ra);
         ecp_i_axpy(dr, 1, u, dr);
         ecp_i_add_cross(w, c->ra, t->v);
         ecp_i_add_cross(c->ma->v + 3, u, t->v);
         ecp_i_cross(turn, c->n, u);
-        if (c->plane) {
+        if (ecp_i_on_plane(c)) {
             ecp_i_mul_t(c->Qa, u, local);
             ecp_i_axpy(t->rows, 1, local, t->rows);
         } else {
@@ -4141,7 +4177,7 @@ static void ecp_i_change_motion(const ecp_i_pair *c, const ecp_i_motion *m, ecp_
 static void ecp_i_block_columns(ecp_i_pair *c, const ecp_i_slopes *s, ecp_real h)
 {
     ecp_i_change t;
-    int i, k, side, column = 0, first = c->plane ? 3 : 4, ld = c->columns;
+    int i, k, side, column = 0, first = ecp_i_on_plane(c) ? 3 : 4, ld = c->columns;
     for (k = 0; k < 3; k++, column++) {
         ecp_real unit[3] = {0, 0, 0};
         unit[k] = 1;
@@ -4160,7 +4196,7 @@ static void ecp_i_block_columns(ecp_i_pair *c, const ecp_i_slopes *s, ecp_real h
         ecp_i_column(c, s, &t, h, c->block + column);
         c->block[ld * (first + i) + column] = c->fixed_a[c->active_a[i]];
     }
-    if (!c->plane) {
+    if (!ecp_i_on_plane(c)) {
         ECPSIM_MEMSET(&t, 0, sizeof t);
         t.d = h * c->V;
         ecp_i_column(c, s, &t, h, c->block + column++);
@@ -4176,7 +4212,7 @@ static void ecp_i_block_columns(ecp_i_pair *c, const ecp_i_slopes *s, ecp_real h
         t.p[i] = 1;
         ecp_i_column(c, s, &t, h, c->block + column);
     }
-    for (side = 0; side < 2; side++) {
+    for (side = 0; side < ECP_I_MOVERS; side++) {
         const ecp_i_motion *m = side ? c->mb : c->ma;
         for (i = 0; m->dynamic && i < 6; i++, column++) {
             ecp_real unit[6] = {0, 0, 0, 0, 0, 0};
@@ -4215,7 +4251,7 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
     ecp_real a[3], b[3], shift_a[3], shift_b[3] = {0, 0, 0}, da[3], *rhs;
     ecp_i_slopes slopes;
     ecp_i_change t;
-    int i, k, rows, row, bodies = c->ma->dynamic + c->mb->dynamic;
+    int i, k, rows, row, bodies = c->ma->dynamic + ecp_i_moves_b(c);
     c->kink = centring ? ecp_i_sqrt(ECP_I_EPSILON) : ECP_R(0);
     ecp_i_scale(c->L, y, a);
     ecp_i_hessian(&c->a->shape, a, y + 3, c->L, c->Ha);
@@ -4223,7 +4259,7 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
     c->kl = ecp_i_condense(c->nl, y + 3, c->fa, c->ga, c->L, c->kink, c->fixed_a, c->slope_a,
                            c->active_a, c->Ha, shift_a);
     c->km = 0;
-    if (!c->plane) {
+    if (!ecp_i_on_plane(c)) {
         const ecp_real *m = y + ecp_i_at_m(c);
         ecp_i_hessian(&c->b->shape, c->b_local, m, c->L, c->Hb);
         ecp_i_scale(1 / c->L, c->b_local, b);
@@ -4231,7 +4267,7 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
         c->km = ecp_i_condense(c->nm, m, c->fb, c->gb, c->L, c->kink, c->fixed_b, c->slope_b,
                                c->active_b, c->Hb, shift_b);
     }
-    c->ny = 4 + c->kl + c->nf + (c->plane ? 0 : 1 + c->km);
+    c->ny = 4 + c->kl + c->nf + (ecp_i_on_plane(c) ? 0 : 1 + c->km);
     rows = c->ny + 6 * bodies;
     c->columns = rows + 1;
     ECPSIM_MEMSET(c->block, 0, (size_t)(rows * c->columns) * sizeof(ecp_real));
@@ -4248,14 +4284,15 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
     }
     ecp_i_axpy(t.rows, 1, shift_b, t.rows);
     ecp_i_column(c, &slopes, &t, h, rhs);
-    row = c->plane ? 3 : 4;
+    row = ecp_i_on_plane(c) ? 3 : 4;
     for (i = 0; centring && i < c->kl; i++) {
         int j = c->active_a[i];
         rhs[c->columns * (row + i)] = -c->slope_a[j] * ecp_i_dot(c->ga + 3 * j, da);
     }
     for (i = 0; i < rows; i++) rhs[c->columns * i] = -rhs[c->columns * i];
     for (i = 0; i < row; i++) rhs[c->columns * i] -= F[i];
-    for (i = 0; i < c->kl; i++) rhs[c->columns * row++] -= F[(c->plane ? 3 : 4) + c->active_a[i]];
+    for (i = 0; i < c->kl; i++)
+        rhs[c->columns * row++] -= F[(ecp_i_on_plane(c) ? 3 : 4) + c->active_a[i]];
     for (i = 0; i < c->km; i++) rhs[c->columns * row++] -= F[4 + c->nl + c->active_b[i]];
     for (k = 0; k <= c->nf; k++) rhs[c->columns * row++] -= F[ecp_i_at_p(c) + k];
 }
@@ -4329,7 +4366,7 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
         sum = row[ld - 1];
         for (j = k + 1; j < n; j++) sum -= row[j] * x[j];
         column = n;
-        for (side = 0; side < 2; side++) {
+        for (side = 0; side < ECP_I_MOVERS; side++) {
             if (!(side ? c->mb : c->ma)->dynamic) continue;
             v = side ? dv_b : dv_a;
             for (j = 0; j < 6; j++) sum -= row[column++] * v[j];
@@ -4363,7 +4400,7 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
             dy[3 + i] = c->fixed_a[i] + c->slope_a[i] * ecp_i_dot(c->ga + 3 * i, dy);
         }
     }
-    if (c->plane) return;
+    if (ecp_i_on_plane(c)) return;
     ECPSIM_MEMSET(&t, 0, sizeof t);
     ecp_i_set3(0, 0, 0, cone);
     for (i = 0, k = 0; i < c->nl; i++) {
@@ -4374,7 +4411,7 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
     ecp_i_change_ecp(c, dy, &t);
     ecp_i_change_cone(c, cone, &t);
     if (c->ma->dynamic) ecp_i_change_motion(c, c->ma, h, dv_a, &t);
-    if (c->mb->dynamic) ecp_i_change_motion(c, c->mb, h, dv_b, &t);
+    if (ecp_i_moves_b(c)) ecp_i_change_motion(c, c->mb, h, dv_b, &t);
     t.d = h * c->V * dy[ecp_i_at_d(c)];
     ecp_i_change_of_b(c, &t, db);
     for (i = 0, k = 0; i < c->nm; i++) {
@@ -4548,6 +4585,10 @@ static void ecp_i_postorder(int n, const ecp_i_graph *g, ecp_i_front *fronts)
 
 /* >>front: factor and solve */
 
+/* without pairs an island is one body, and its front stands alone */
+static int ecp_i_width(const ecp_i_front *f) { return ECP_I_PAIRS ? f->width : 0; }
+static int ecp_i_child(const ecp_i_front *f) { return ECP_I_PAIRS ? f->child : -1; }
+
 /* Constraints on the velocities that differ by less than this count as one. Two contacts that stick
    constrain a rigid body's stretch between them twice; at the end of the step the two are the same,
    but their derivatives differ by the turn within it, about h w. Taken as two they call for internal
@@ -4612,20 +4653,20 @@ static void ecp_i_insert(int rank, int all, const ecp_real *A, int ld, ecp_real 
    the constraints stays in C from row rank_c on. */
 static void ecp_i_front_constrain(const ecp_i_tree *t, ecp_i_front *f, ecp_real *tau)
 {
-    int ld = 7 + f->width, i, j;
+    int ld = 7 + ecp_i_width(f), i, j;
     f->rank_c = ecp_i_qr(f->constraints, 6, ld, f->C, ld, tau, f->piv_c, t->same, t->same);
     for (i = 0; i < f->rank_c; i++) {
         for (j = 0; j < ld; j++) f->R[ld * i + j] = f->C[ld * i + j];
     }
     ecp_i_solve_rows(f->rank_c, ld, f->R, ld);
-    for (i = 0; i < 6 + f->width; i++) ecp_i_permute(6, f->piv_c, f->M + ld * i);
+    for (i = 0; i < 6 + ecp_i_width(f); i++) ecp_i_permute(6, f->piv_c, f->M + ld * i);
 }
 
 /* Forces: orthogonal combinations of them, the first rank_b of which act on the body, each on one
    more row of its momentum (in the order of piv_b); forward elimination of these from the momentum. */
 static void ecp_i_front_balance(ecp_i_front *f)
 {
-    int ld = 7 + f->width, ldb = 6 + f->width, i, j, k;
+    int ld = 7 + ecp_i_width(f), ldb = 6 + ecp_i_width(f), i, j, k;
     f->rank_b = ecp_i_qr(f->forces, 6, ldb, f->Bt, ldb, f->tau_b, f->piv_b, ECP_I_SAME_FORCE,
                          ECP_I_SAME_FORCE);
     for (i = 0; i < 6; i++) {
@@ -4645,7 +4686,7 @@ static void ecp_i_front_balance(ecp_i_front *f)
    over become constraints on the others. Returns how many of those there are, from row rank_c of C. */
 static int ecp_i_front_momentum(ecp_i_front *f, ecp_real *tau)
 {
-    int ld = 7 + f->width, free = 6 - f->rank_c, rows = 6 - f->rank_b, all = ld - f->rank_c;
+    int ld = 7 + ecp_i_width(f), free = 6 - f->rank_c, rows = 6 - f->rank_b, all = ld - f->rank_c;
     int left = f->constraints - f->rank_c, i, j;
     ecp_real *S = f->W + ld * f->rank_b + f->rank_c, scale;
     for (i = 0; i < rows; i++) ecp_i_insert(f->rank_c, ld, f->R, ld, f->W + ld * (f->rank_b + i));
@@ -4656,12 +4697,13 @@ static int ecp_i_front_momentum(ecp_i_front *f, ecp_real *tau)
     ecp_i_solve_rows(f->rank_m, all, S, ld);
     for (i = f->rank_m; i < rows; i++) {
         const ecp_real *row = S + ld * i + free;
-        ecp_real size = ecp_i_row_size(f->width, row), *to = f->C + ld * (f->rank_c + left) + 6;
+        ecp_real size = ecp_i_row_size(ecp_i_width(f), row),
+                 *to = f->C + ld * (f->rank_c + left) + 6;
         if (!(size > ECP_I_SAME_FORCE * scale)) continue;
-        for (j = 0; j <= f->width; j++) to[j] = row[j] / size;
+        for (j = 0; j <= ecp_i_width(f); j++) to[j] = row[j] / size;
         left++;
     }
-    for (i = 6; i < 6 + f->width; i++) {
+    for (i = 6; i < 6 + ecp_i_width(f); i++) {
         ecp_i_insert(f->rank_c, ld, f->R, ld, f->M + ld * i);
         ecp_i_permute(free, f->piv_m, f->M + ld * i + f->rank_c);
         ecp_i_insert(f->rank_m, all, S, ld, f->M + ld * i + f->rank_c);
@@ -4675,7 +4717,7 @@ static int ecp_i_front_momentum(ecp_i_front *f, ecp_real *tau)
    are least, plus a part that is passed on like a force (another front may need it). */
 static void ecp_i_front_open(ecp_i_front *f, ecp_real *tau)
 {
-    int ld = 7 + f->width, ldb = 6 + f->width, ldg = f->open + f->width + 1, i, j;
+    int ld = 7 + ecp_i_width(f), ldb = 6 + ecp_i_width(f), ldg = f->open + ecp_i_width(f) + 1, i, j;
     const ecp_real *S = f->W + ld * f->rank_b + f->rank_c;
     for (i = 0; i < f->rank_b; i++) {
         ecp_real row[6], *G = f->G + ldg * i;
@@ -4693,7 +4735,7 @@ static void ecp_i_front_open(ecp_i_front *f, ecp_real *tau)
     }
     f->rank_g = ecp_i_qr(f->rank_b, f->open, ldg, f->G, ldg, tau, f->piv_g, ECP_I_SAME_FORCE, 0);
     ecp_i_solve_rows(f->rank_g, ldg, f->G, ldg);
-    for (i = 0; i < f->width; i++) {
+    for (i = 0; i < ecp_i_width(f); i++) {
         ecp_real *row = f->M + ld * (6 + i) + f->rank_c + f->rank_m;
         for (j = 0; j < f->open; j++) {
             f->Bt[ldb * (f->forces + j) + 6 + i] = row[j] / ECP_I_OPEN_WEIGHT;
@@ -4716,7 +4758,7 @@ static ecp_real ecp_i_row_value(int n, const ecp_real *row, const ecp_real *x)
    rows), and the others' momentum. left: rows of C to pass. */
 static void ecp_i_front_pass(const ecp_i_tree *t, ecp_i_front *f, int left)
 {
-    int n = f->width, ld = 7 + n, ldb = 6 + n, *piv = t->ints, i, j;
+    int n = ecp_i_width(f), ld = 7 + n, ldb = 6 + n, *piv = t->ints, i, j;
     ecp_real *C = f->C + ld * f->rank_c + 6, *B = f->Bt + ldb * f->rank_b + 6, *to = f->pass;
     ecp_real *tau = t->u, acts = f->rank_b > 0 ? ecp_i_abs(f->Bt[0]) : ECP_R(0);
     f->left_c = ecp_i_qr(left, n, n + 1, C, ld, tau, piv, t->same, t->same);
@@ -4738,7 +4780,7 @@ static void ecp_i_front_pass(const ecp_i_tree *t, ecp_i_front *f, int left)
 static void ecp_i_front_extend(const ecp_i_tree *t, ecp_i_front *f, const ecp_i_front *child,
                                int constraints, int forces)
 {
-    int n = child->width, ld = 7 + f->width, ldb = 6 + f->width, i, j;
+    int n = ecp_i_width(child), ld = 7 + ecp_i_width(f), ldb = 6 + ecp_i_width(f), i, j;
     const ecp_real *from = child->pass;
     for (i = 0; i < child->left_c; i++, from += n + 1) {
         ecp_real *row = f->C + ld * (constraints + i);
@@ -4768,19 +4810,19 @@ static void ecp_i_front_patch(const ecp_i_tree *t, ecp_i_front *f, const ecp_i_p
                               int constraints, int forces)
 {
     int i, j, side, other, ld = c->columns, left = c->ny - c->pivots, at[2], slot[2];
-    int ldc = 7 + f->width, ldb = 6 + f->width;
+    int ldc = 7 + ecp_i_width(f), ldb = 6 + ecp_i_width(f);
     const ecp_real *A = c->block;
     at[0] = c->ny;
     at[1] = c->ny + (c->ma->dynamic ? 6 : 0);
     slot[0] = c->ma->dynamic ? t->slot[c->ma->at / 6] : -1;
-    slot[1] = c->mb->dynamic ? t->slot[c->mb->at / 6] : -1;
+    slot[1] = ecp_i_moves_b(c) ? t->slot[c->mb->at / 6] : -1;
     for (i = 0; i < left; i++) {
         int row = c->pivots + i;
         ecp_real size = ecp_i_row_size(ld - 1 - c->ny, A + ld * row + c->ny);
         ecp_real unit = c->row_tag[row] & ECP_I_GEOMETRY ? t->h * c->V / c->L : ECP_R(1);
         if (size <= ECP_I_NO_CONSTRAINT * ecp_i_min(unit, 1)) size = 0;
         ecp_real *C = f->C + ldc * (constraints + i), *Bt = f->Bt + ldb * (forces + i);
-        for (side = 0; side < 2; side++) {
+        for (side = 0; side < ECP_I_MOVERS; side++) {
             for (j = 0; slot[side] >= 0 && j < 6; j++) {
                 if (size > 0) C[slot[side] + j] = A[ld * row + at[side] + j] / size;
                 Bt[slot[side] + j] = A[ld * (at[side] + j) + row] / ecp_i_force_weight(c, i);
@@ -4788,12 +4830,12 @@ static void ecp_i_front_patch(const ecp_i_tree *t, ecp_i_front *f, const ecp_i_p
         }
         C[ldc - 1] = size > 0 ? A[ld * row + ld - 1] / size : ECP_R(0);
     }
-    for (side = 0; side < 2; side++) {
+    for (side = 0; side < ECP_I_MOVERS; side++) {
         for (i = 0; slot[side] >= 0 && i < 6; i++) {
             const ecp_real *row = A + ld * (at[side] + i);
             ecp_real *M = f->M + ldc * (slot[side] + i);
             M[ldc - 1] += row[ld - 1];
-            for (other = 0; other < 2; other++) {
+            for (other = 0; other < ECP_I_MOVERS; other++) {
                 for (j = 0; slot[other] >= 0 && j < 6; j++)
                     M[slot[other] + j] += row[at[other] + j];
             }
@@ -4806,13 +4848,13 @@ static void ecp_i_front_patch(const ecp_i_tree *t, ecp_i_front *f, const ecp_i_p
 static int ecp_i_front_carve(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_front *f)
 {
     const ecp_i_pair *c;
-    int i, n = f->width, ld = 7 + n;
+    int i, n = ecp_i_width(f), ld = 7 + n;
     f->constraints = f->forces = f->open = 0;
     for (c = f->pairs; c; c = c->next_here) f->constraints += c->ny - c->pivots;
     f->forces = f->constraints;
     f->level = arena->top;
-    if (f->child >= 0) f->level = t->fronts[f->child].level;
-    for (i = f->child; i >= 0; i = t->fronts[i].next) {
+    if (ecp_i_child(f) >= 0) f->level = t->fronts[f->child].level;
+    for (i = ecp_i_child(f); i >= 0; i = t->fronts[i].next) {
         f->constraints += t->fronts[i].left_c;
         f->forces += t->fronts[i].left_b;
     }
@@ -4837,7 +4879,7 @@ static int ecp_i_front_carve(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fron
 /* the most reals that a front can pass on */
 static int ecp_i_pass_size(const ecp_i_front *f, int left)
 {
-    int n = f->width, forces = f->forces + f->open - f->rank_b;
+    int n = ecp_i_width(f), forces = f->forces + f->open - f->rank_b;
     if (left > n) left = n;
     if (forces > n) forces = n;
     return left * (n + 1) + forces * n + n * (n + 1);
@@ -4846,7 +4888,7 @@ static int ecp_i_pass_size(const ecp_i_front *f, int left)
 /* Moves what is passed on to where the children's began, and frees the rest of the stack. */
 static void ecp_i_front_settle(ecp_i_arena *arena, ecp_i_front *f)
 {
-    int n = f->width, count = f->left_c * (n + 1) + f->left_b * n + n * (n + 1), i;
+    int n = ecp_i_width(f), count = f->left_c * (n + 1) + f->left_b * n + n * (n + 1), i;
     ecp_real *to;
     ecp_i_release(arena, arena->used, f->level);
     to = ecp_i_take_stack(arena, count, 1);
@@ -4860,7 +4902,7 @@ static int ecp_i_front_factor(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fro
 {
     const ecp_i_pair *c;
     ecp_real tau[6], unit = m->mass * m->length * m->length;
-    int i, j, n = f->width, ld = 7 + n, constraints = 0, forces = 0, left;
+    int i, j, n = ecp_i_width(f), ld = 7 + n, constraints = 0, forces = 0, left;
     if (!ecp_i_front_carve(t, arena, f)) return 0;
     for (i = 0; i < 3; i++) {
         f->M[ld * i + i] = 1;
@@ -4872,7 +4914,7 @@ static int ecp_i_front_factor(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fro
         constraints += c->ny - c->pivots;
         forces += c->ny - c->pivots;
     }
-    for (i = f->child; i >= 0; i = t->fronts[i].next) {
+    for (i = ecp_i_child(f); i >= 0; i = t->fronts[i].next) {
         const ecp_i_front *child = t->fronts + i;
         ecp_i_front_extend(t, f, child, constraints, forces);
         constraints += child->left_c;
@@ -4893,7 +4935,8 @@ static int ecp_i_front_factor(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fro
    for the forces passed on; hands their parts on to the children and to the patches. */
 static void ecp_i_front_recover(const ecp_i_tree *t, ecp_i_front *f)
 {
-    int n = f->width, ld = 7 + n, ldb = 6 + n, ldg = f->open + n + 1, free = 6 - f->rank_c, i, j, k;
+    int n = ecp_i_width(f), ld = 7 + n, ldb = 6 + n, ldg = f->open + n + 1, free = 6 - f->rank_c, i,
+        j, k;
     const ecp_real *S = f->W + ld * f->rank_b + f->rank_c;
     ecp_real v[6], q[6], *x = f->x, *u = t->u;
     ecp_i_pair *c;
@@ -4931,7 +4974,7 @@ static void ecp_i_front_recover(const ecp_i_tree *t, ecp_i_front *f)
         c->left = x + i;
         for (k = 0; k < c->ny - c->pivots; k++, i++) x[i] /= ecp_i_force_weight(c, k);
     }
-    for (k = f->child; k >= 0; k = t->fronts[k].next) {
+    for (k = ecp_i_child(f); k >= 0; k = t->fronts[k].next) {
         ecp_i_front *child = t->fronts + k;
         for (j = 0; j < child->left_b; j++) child->x[child->rank_b + j] = x[i++];
     }
@@ -4983,7 +5026,7 @@ static void ecp_i_pair_noise(const ecp_i_pair *c, ecp_real h, ecp_real tiny)
     ecp_real noise = (c->d_noise + tiny * c->L) / h, jitter = c->d_noise / h;
     c->ma->jitter = ecp_i_max(c->ma->jitter, jitter);
     c->mb->jitter = ecp_i_max(c->mb->jitter, jitter);
-    if (c->plane) return;
+    if (ecp_i_on_plane(c)) return;
     c->ma->noise = ecp_i_max(c->ma->noise, noise);
     c->mb->noise = ecp_i_max(c->mb->noise, noise);
 }
@@ -5020,7 +5063,7 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real re
             c->ma->floor[0] += size;
             c->ma->floor[1] += size * ecp_i_norm(c->ra);
         }
-        if (c->mb->dynamic) {
+        if (ecp_i_moves_b(c)) {
             ecp_i_wrench(c, c->mb, c->rb, -1);
             c->mb->floor[0] += size;
             c->mb->floor[1] += size * ecp_i_norm(c->rb);
@@ -5030,8 +5073,8 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real re
         const ecp_i_pair *c = s->pairs[i];
         const ecp_real *row = F + c->at;
         ecp_real jitter = c->ma->dynamic ? c->ma->jitter : ECP_R(0), geometry, friction;
-        int normal = c->plane ? 3 : 4, gap = ecp_i_at_p(c);
-        if (c->mb->dynamic) jitter = ecp_i_max(jitter, c->mb->jitter);
+        int normal = ecp_i_on_plane(c) ? 3 : 4, gap = ecp_i_at_p(c);
+        if (ecp_i_moves_b(c)) jitter = ecp_i_max(jitter, c->mb->jitter);
         geometry = jitter * s->h / c->L;
         friction = jitter / c->V;
         for (r = 0; r < normal; r++) {
@@ -5076,6 +5119,7 @@ static void ecp_i_carve_tree(ecp_i_arena *arena, int n, ecp_i_tree *t, ecp_i_gra
     t->v = ecp_i_take_reals(arena, 6, n);
     t->u = ecp_i_take_reals(arena, 6, n);
     t->ints = ecp_i_take_ints(arena, 6 * n);
+    if (!ECP_I_PAIRS) return;
     g->mass = ecp_i_take_reals(arena, n, 1);
     g->degree = ecp_i_take_ints(arena, n);
     g->rank = ecp_i_take_ints(arena, n);
@@ -5092,29 +5136,38 @@ static void ecp_i_tree_plan(ecp_i_island *s)
     int n = s->body_count, words = (n + ECP_I_WORD - 1) / ECP_I_WORD, i;
     ecp_i_carve_tree(s->arena, n, t, &g);
     if (s->arena->overflow) return;
+    t->h = s->h;
+    t->planned = 1;
+    if (!ECP_I_PAIRS) {
+        ECPSIM_MEMSET(t->fronts, 0, sizeof *t->fronts);
+        for (i = s->pair_count - 1; i >= 0; i--) {
+            s->pairs[i]->next_here = t->fronts->pairs;
+            t->fronts->pairs = s->pairs[i];
+        }
+        return;
+    }
     ECPSIM_MEMSET(g.bits, 0, (size_t)(n * words) * sizeof(unsigned));
     ECPSIM_MEMSET(g.fronts, 0, (size_t)n * sizeof(ecp_i_front));
     for (i = 0; i < n; i++) g.mass[i] = s->motions[s->bodies[i]].mass;
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs[i];
-        if (!c->ma->dynamic || !c->mb->dynamic) continue;
+        if (!c->ma->dynamic || !ecp_i_moves_b(c)) continue;
         ecp_i_set_bit(g.bits + words * (c->ma->at / 6), c->mb->at / 6, 1);
         ecp_i_set_bit(g.bits + words * (c->mb->at / 6), c->ma->at / 6, 1);
     }
     ecp_i_minimum_degree(s->arena, n, &g);
-    if (s->arena->overflow) return;
+    t->planned = !s->arena->overflow;
+    if (!t->planned) return;
     ecp_i_postorder(n, &g, t->fronts);
     for (i = 0; i < n; i++) g.rank[t->fronts[i].body] = i;
     for (i = s->pair_count - 1; i >= 0; i--) {
         ecp_i_pair *c = s->pairs[i];
         int a = c->ma->dynamic ? g.rank[c->ma->at / 6] : n;
-        int b = c->mb->dynamic ? g.rank[c->mb->at / 6] : n;
+        int b = ecp_i_moves_b(c) ? g.rank[c->mb->at / 6] : n;
         ecp_i_front *f = t->fronts + (a < b ? a : b);
         c->next_here = f->pairs;
         f->pairs = c;
     }
-    t->h = s->h;
-    t->planned = 1;
 }
 
 /* the Newton blocks of all patches */
@@ -5123,7 +5176,7 @@ static void ecp_i_carve_blocks(const ecp_i_island *s, ecp_i_arena *arena)
     int i;
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
-        ecp_i_carve_block(arena, c->count, c->ma->dynamic + c->mb->dynamic, c);
+        ecp_i_carve_block(arena, c->count, c->ma->dynamic + ecp_i_moves_b(c), c);
     }
 }
 
@@ -5147,10 +5200,10 @@ static size_t ecp_i_tree_most(const ecp_i_tree *t, int n)
     for (k = 0; k < n; k++) {
         const ecp_i_front *f = t->fronts + k;
         const ecp_i_pair *c;
-        size_t u = (size_t)f->width, rows = 6, from = 0, pass = u * (3 * u + 2), now;
+        size_t u = (size_t)ecp_i_width(f), rows = 6, from = 0, pass = u * (3 * u + 2), now;
         for (c = f->pairs; c; c = c->next_here) rows += 8;
-        for (i = f->child; i >= 0; i = t->fronts[i].next) {
-            size_t w = (size_t)t->fronts[i].width;
+        for (i = ecp_i_child(f); i >= 0; i = t->fronts[i].next) {
+            size_t w = (size_t)ecp_i_width(t->fronts + i);
             rows += w;
             from += w * (3 * w + 2);
         }
@@ -5208,7 +5261,7 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         ecp_i_block_recover(c, z + c->at, t->v + (c->ma->dynamic ? c->ma->at : 0),
-                            t->v + (c->mb->dynamic ? c->mb->at : 0), c->left, s->h, s->centring,
+                            t->v + (ecp_i_moves_b(c) ? c->mb->at : 0), c->left, s->h, s->centring,
                             dz + c->at);
     }
     return ecp_i_all_finite(s->unknowns, dz);
@@ -5240,6 +5293,12 @@ typedef struct ecp_i_problem {
 typedef struct ecp_i_effort {
     int iterations, evaluations, fallbacks;
 } ecp_i_effort;
+
+/* may this way out be tried? */
+static int ecp_i_may(const ecp_options *o, int fallback)
+{
+    return (o->fallbacks & (ECPSIM_FALLBACKS)&fallback) != 0;
+}
 
 static ecp_real ecp_i_merit(int n, const ecp_real *F)
 {
@@ -5466,7 +5525,7 @@ static int ecp_i_attempt(const ecp_i_problem *p, int k, const ecp_options *o, ec
                          ecp_i_effort *effort)
 {
     if (ecp_i_newton(p, k == 0, o->tolerance, o->max_iterations, 0, z, effort)) return 1;
-    if (!p->repair || !(o->fallbacks & ECP_FALLBACK_GEOMETRIC)) return 0;
+    if (!p->repair || !ecp_i_may(o, ECP_FALLBACK_GEOMETRIC)) return 0;
     effort->fallbacks |= ECP_FALLBACK_GEOMETRIC;
     p->repair(p->self, z);
     return ecp_i_newton(p, 0, o->tolerance, o->max_iterations, 0, z, effort);
@@ -5481,16 +5540,16 @@ static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *o, ecp_real *z
     int k, limit = o->max_iterations;
     for (k = 0; p->start(p->self, k, z); k++) {
         int kind = k > 2 ? ECP_FALLBACK_MULTISTART : k > 0 ? ECP_FALLBACK_GEOMETRIC : 0;
-        if (k > 2 && !(o->fallbacks & kind)) break;
-        if ((o->fallbacks & kind) == kind) {
+        if (k > 2 && !ecp_i_may(o, kind)) break;
+        if (k == 0 || ecp_i_may(o, kind)) {
             effort->fallbacks |= kind;
             if (ecp_i_attempt(p, k, o, z, effort)) return 1;
         }
-        if (k > 1 && (o->fallbacks & ECP_FALLBACK_CONTINUATION)) {
+        if (k > 1 && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
             p->start(p->self, k, z);
             if (ecp_i_continue(p, o->tolerance, limit, z, effort)) return 1;
         }
-        if (k == 2 && p->load && (o->fallbacks & ECP_FALLBACK_LOAD)) {
+        if (k == 2 && p->load && ecp_i_may(o, ECP_FALLBACK_LOAD)) {
             if (ecp_i_ramp(p, o->tolerance, limit, z, effort)) return 1;
         }
     }
@@ -5507,8 +5566,7 @@ ECP_DEF ecp_options ecp_options_default(void)
     o.tolerance = ECP_R(1e-12);
 #endif
     o.max_iterations = 40;
-    o.fallbacks = ECP_FALLBACK_GEOMETRIC | ECP_FALLBACK_CONTINUATION | ECP_FALLBACK_MULTISTART |
-                  ECP_FALLBACK_LOAD | ECP_FALLBACK_SUBSTEPS;
+    o.fallbacks = ECPSIM_FALLBACKS;
     o.sleep = 0;
     o.dump = NULL;
     o.dump_write = NULL;
@@ -5519,7 +5577,7 @@ ECP_DEF ecp_options ecp_options_default(void)
 static ecp_status ecp_i_check_options(const ecp_options *o)
 {
     if (!ecp_i_finite(o->tolerance)) return ECP_NOT_FINITE;
-    if (!(o->tolerance > 0) || o->max_iterations < 1 || o->fallbacks < 0 || o->fallbacks > 31) {
+    if (!(o->tolerance > 0) || o->max_iterations < 1 || (o->fallbacks & ~(ECPSIM_FALLBACKS))) {
         return ECP_BAD_OPTION;
     }
     if (o->sleep != 0 && o->sleep != 1) return ECP_BAD_OPTION;
@@ -5911,7 +5969,7 @@ static ecp_real ecp_i_depth(const ecp_i_pair *c, const ecp_i_patch *old)
     if (old && !old->guess) return ecp_i_max(0, -old->contact.gap);
     ecp_i_pose(c, 0, 0, &A);
     ecp_i_pose(c, 1, 0, &B);
-    if (c->plane) return ecp_i_max(0, -ecp_i_plane_gap(&A, &B, 0, n, a));
+    if (ecp_i_on_plane(c)) return ecp_i_max(0, -ecp_i_plane_gap(&A, &B, 0, n, a));
     ecp_i_pair_nearest(c, 0, a, b, n);
     return ecp_i_max(0, -ecp_i_gap_along(c, 0, a, b, n));
 }
@@ -5940,7 +5998,7 @@ static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *gue
     for (i = 0; i < c->count; i++) y[i] = 0;
     ecp_i_pose(c, 0, 1, &A);
     ecp_i_pose(c, 1, 1, &B);
-    if (c->plane) {
+    if (ecp_i_on_plane(c)) {
         gap = ecp_i_plane_gap(&A, &B, flat, n, world_a);
         ecp_i_sub(world_a, A.x, local);
         ecp_i_mul_t(A.Q, local, a);
@@ -5950,7 +6008,7 @@ static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *gue
         y[ecp_i_at_d(c)] = gap / (h * c->V);
     }
     /* only where the contact can be: not above the lowest points */
-    if (guess && c->plane) {
+    if (guess && ecp_i_on_plane(c)) {
         ecp_i_sub(a, guess, b);
         ecp_i_mul(A.Q, b, local);
         if (ecp_i_dot(n, local) > ECP_R(1e-6) * c->a->shape.radius) guess = NULL;
@@ -5961,7 +6019,7 @@ static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *gue
     ecp_i_mul_t(A.Q, n, local);
     ecp_i_pair_place(c, a);
     ecp_i_cone_multipliers(c->nl, c->fa, c->ga, local, reach, y + 3);
-    if (!c->plane) {
+    if (!ecp_i_on_plane(c)) {
         ecp_i_mul_t(B.Q, n, local);
         ecp_i_scale(-1, local, local);
         c->b->shape.cls->eval(&c->b->shape, b, c->fb, c->gb);
@@ -6049,7 +6107,7 @@ static void ecp_i_spot_push(const ecp_i_pair *c, const ecp_i_spot *k, const ecp_
         ecp_i_wrench_velocity(c->ma, f, k->ra, torsion, c->N, dv);
         for (i = 0; i < 6; i++) c->ma->residual[i] += dv[i];
     }
-    if (c->mb->dynamic) {
+    if (ecp_i_moves_b(c)) {
         ecp_i_wrench_velocity(c->mb, f, k->rb, torsion, c->N, dv);
         for (i = 0; i < 6; i++) c->mb->residual[i] -= dv[i];
     }
@@ -6076,7 +6134,7 @@ static ecp_real ecp_i_spot_admittance(const ecp_i_pair *c, const ecp_i_spot *k,
         ecp_i_spot_velocity(k, dv, none, u);
         sum += torsion > 0 ? ecp_i_dot(dv + 3, c->N) : ecp_i_dot(u, dir);
     }
-    if (c->mb->dynamic) {
+    if (ecp_i_moves_b(c)) {
         ecp_i_wrench_velocity(c->mb, dir, k->rb, torsion, c->N, dv);
         ecp_i_spot_velocity(k, none, dv, u);
         sum -= torsion > 0 ? -ecp_i_dot(dv + 3, c->N) : ecp_i_dot(u, dir);
@@ -6094,7 +6152,7 @@ static void ecp_i_spots_find(ecp_i_pair *c, ecp_real h)
     int i, k;
     ecp_i_pose(c, 0, 1, &A);
     ecp_i_pose(c, 1, 1, &B);
-    if (c->plane)
+    if (ecp_i_on_plane(c))
         ecp_i_plane_gap(&A, &B, 0, n, at);
     else
         ecp_i_pair_nearest(c, 1, spots[0].a, spots[0].b, n);
@@ -6104,7 +6162,7 @@ static void ecp_i_spots_find(ecp_i_pair *c, ecp_real h)
         ecp_i_spot *s = spots + i;
         ecp_i_scale(i & 1 ? ECP_R(1) : ECP_R(-1), c->t, side);
         ecp_i_axpy(side, i & 2 ? ECP_R(1) : ECP_R(-1), c->o, side);
-        if (c->plane) {
+        if (ecp_i_on_plane(c)) {
             ecp_i_axpy(n, i ? ECP_I_TILT : ECP_R(0), side, local);
             ecp_i_farthest(&A, local, 0, at);
             ecp_i_sub(at, A.x, local);
@@ -6120,7 +6178,7 @@ static void ecp_i_spots_find(ecp_i_pair *c, ecp_real h)
         ecp_i_sub(at, c->ma->dx, s->ra);
         ecp_i_axpy(at, 1, c->offset, s->rb);
         ecp_i_sub(s->rb, c->mb->dx, s->rb);
-        if (c->plane) {
+        if (ecp_i_on_plane(c)) {
             ecp_i_sub(at, B.x, local);
             s->gap = ecp_i_dot(c->N, local) - B.shape->size[3];
         } else {
@@ -6210,7 +6268,7 @@ static void ecp_i_spots_gather(ecp_i_pair *c, ecp_real h, ecp_real *y)
     ecp_i_mul_t(A.Q, n, local);
     ecp_i_pair_place(c, a);
     ecp_i_cone_multipliers(c->nl, c->fa, c->ga, local, ECP_R(1e-3) * c->a->shape.radius, y + 3);
-    if (c->plane) return;
+    if (ecp_i_on_plane(c)) return;
     ecp_i_mul_t(B.Q, c->N, local);
     c->b->shape.cls->eval(&c->b->shape, b, c->fb, c->gb);
     ecp_i_cone_multipliers(c->nm, c->fb, c->gb, local, ECP_R(1e-3) * c->b->shape.radius,
@@ -6246,7 +6304,7 @@ static void ecp_i_spots_round(ecp_i_island *s, ecp_real *z)
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         if (!c->ma->dynamic) ECPSIM_MEMCPY(c->ma->residual, c->ma->v, sizeof c->ma->v);
-        if (!c->mb->dynamic) ECPSIM_MEMCPY(c->mb->residual, c->mb->v, sizeof c->mb->v);
+        if (!ecp_i_moves_b(c)) ECPSIM_MEMCPY(c->mb->residual, c->mb->v, sizeof c->mb->v);
         ecp_i_spots_find(c, s->h);
         ecp_i_spots_apply(c);
     }
@@ -6305,14 +6363,15 @@ typedef struct ecp_i_broad {
 
 static void ecp_i_carve_broad(ecp_i_arena *arena, int shapes, ecp_i_broad *b)
 {
+    b->hits = ecp_i_take_ints(arena, shapes);
+    if (!ECP_I_PAIRS) return; /* every primitive against every half-space */
     b->boxes = (ecp_i_box *)ecp_i_take(arena, 2 * (size_t)shapes, sizeof(ecp_i_box));
     b->code = (uint32_t *)ecp_i_take(arena, (size_t)shapes, sizeof(uint32_t));
-    b->leaf = ecp_i_take_ints(arena, 4 * shapes);
+    b->leaf = ecp_i_take_ints(arena, 3 * shapes);
     if (!b->boxes || !b->leaf) return;
     b->nodes = b->boxes + shapes;
     b->sorted = b->leaf + shapes;
     b->planes = b->sorted + shapes;
-    b->hits = b->planes + shapes;
 }
 
 static void ecp_i_box_join(const ecp_i_box *a, const ecp_i_box *b, ecp_i_box *out)
@@ -6529,6 +6588,19 @@ static int ecp_i_broad_query_plane(ecp_i_broad *b, const ecp_i_part *parts, int 
     return found;
 }
 
+/* either of the two; without pairs all half-spaces to a bounded primitive and the other way round */
+static int ecp_i_candidates(ecp_i_broad *b, const ecp_i_part *parts, int shapes, int i, int after)
+{
+    int plane = parts[i].shape.kind == ECP_HALF_SPACE, found = 0, j;
+    if (ECP_I_PAIRS && plane) return ecp_i_broad_query_plane(b, parts, shapes, i);
+    if (ECP_I_PAIRS) return ecp_i_broad_query(b, i, after);
+    for (j = after + 1; j < shapes; j++) {
+        if (parts[j].body == ECP_I_FREE || j == i) continue;
+        if (plane != (parts[j].shape.kind == ECP_HALF_SPACE)) b->hits[found++] = j;
+    }
+    return found;
+}
+
 /* >>step ================================================================================== */
 
 typedef struct ecp_i_step {
@@ -6614,7 +6686,10 @@ static void ecp_i_carve_vectors(ecp_i_arena *arena, int unknowns, ecp_real *vect
 }
 
 /* unknowns of a patch with three friction rows and all multipliers that the description allows */
-static int ecp_i_most_unknowns(const ecp_world_desc *d) { return 8 + d->max_inequalities; }
+static int ecp_i_most_unknowns(const ecp_world_desc *d)
+{
+    return (ECP_I_PAIRS ? 8 : 7) + d->max_inequalities;
+}
 
 /* What the fronts of one island may need, in reals. Exact for what matters on a microcontroller (one
    body, whatever its patches); for more bodies an estimate: each is taken to have 12 neighbours when
@@ -6622,7 +6697,7 @@ static int ecp_i_most_unknowns(const ecp_world_desc *d) { return 8 + d->max_ineq
 static size_t ecp_i_tree_reals(const ecp_world_desc *d)
 {
     size_t n = (size_t)d->max_bodies, patches = (size_t)d->max_patches;
-    size_t u = 6 * (n - 1 < 12 ? n - 1 : 12);
+    size_t u = ECP_I_PAIRS ? 6 * (n - 1 < 12 ? n - 1 : 12) : 0;
     size_t left = n > 8 ? 8 : (size_t)ecp_i_most_unknowns(d);
     size_t met = patches * left + n * u, front = (n > 8 ? 32 * left : met) + 6;
     return n * (19 * (7 + u) + u + 12) + (met + 6 * n) * (7 + u) +          /* lasting */
@@ -6644,9 +6719,9 @@ static void ecp_i_carve_world(ecp_i_arena *arena, ecp_world *w)
     ecp_i_carve_patches(arena, d->max_patches, d->max_inequalities, &s);
     for (i = 0; i < d->max_patches; i++) {
         ecp_i_carve_pair(arena, d->max_inequalities, 2, &c);
-        ecp_i_carve_block(arena, most, 2, &c);
+        ecp_i_carve_block(arena, most, ECP_I_MOVERS, &c);
     }
-    ecp_i_take(arena, w->state_bytes, 1); /* the state before the sub-steps */
+    if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_SUBSTEPS) ecp_i_take(arena, w->state_bytes, 1); /* before */
     ecp_i_carve_vectors(arena, 6 * d->max_bodies + most * d->max_patches, vectors);
     ecp_i_carve_tree(arena, d->max_bodies, &t, &g);
     if (d->solver_bytes > 0)
@@ -6738,7 +6813,7 @@ static int ecp_i_near(const ecp_i_step *s, const ecp_i_pair *c, const ecp_i_patc
     if (known && old->contact.gap <= reach) return 1;
     ecp_i_pose(c, 0, 0, &A);
     ecp_i_pose(c, 1, 0, &B);
-    if (c->plane) {
+    if (ecp_i_on_plane(c)) {
         if (c->mb->body->kind == ECP_KINEMATIC) {
             reach += ECP_R(1.5) * s->h * ecp_i_norm(c->mb->v + 3) *
                      (ecp_i_norm(A.x) + ecp_i_norm(c->offset) + c->a->shape.radius);
@@ -6760,7 +6835,7 @@ static int ecp_i_touching(const ecp_i_pair *c)
     ecp_real n[3], at_a[3], at_b[3];
     ecp_i_pose(c, 0, 1, &A);
     ecp_i_pose(c, 1, 1, &B);
-    if (c->plane) return ecp_i_plane_gap(&A, &B, 0, n, at_a) < 0;
+    if (ecp_i_on_plane(c)) return ecp_i_plane_gap(&A, &B, 0, n, at_a) < 0;
     ecp_i_posed_centre(&A, at_a);
     ecp_i_posed_centre(&B, at_b);
     ecp_i_sub(at_b, at_a, n);
@@ -6796,7 +6871,7 @@ static int ecp_i_pair_setup(const ecp_i_step *s, int i, int j, ecp_i_pair *c)
 {
     if (!ecp_i_pair_bind(s, i, j, c)) return 0;
     c->nl = c->a->shape.inequalities;
-    c->nm = c->plane ? 0 : c->b->shape.inequalities;
+    c->nm = ecp_i_on_plane(c) ? 0 : c->b->shape.inequalities;
     ecp_i_pair_friction(c);
     c->count = ecp_i_at_p(c) + 1 + c->nf;
     c->old = -1;
@@ -6840,7 +6915,7 @@ static ecp_status ecp_i_note_pair(ecp_i_step *s, int i, int j, int *next)
         return ecp_i_fail(s->r, ECP_CAPACITY, -1, i, j, (ecp_real)(s->pair_count + 1),
                           (ecp_real)s->w->desc.max_patches);
     }
-    inequalities = c.a->shape.inequalities + (c.plane ? 0 : c.b->shape.inequalities);
+    inequalities = c.a->shape.inequalities + (ecp_i_on_plane(&c) ? 0 : c.b->shape.inequalities);
     if (inequalities > s->w->desc.max_inequalities) {
         return ecp_i_fail(s->r, ECP_CAPACITY, -1, i, j, (ecp_real)inequalities,
                           (ecp_real)s->w->desc.max_inequalities);
@@ -6880,6 +6955,7 @@ static ecp_status ecp_i_find_pairs(ecp_i_step *s)
         if (parts[i].body == ECP_I_FREE) continue;
         s->reaches[i] = ecp_i_part_reach(parts + i);
         s->margins[i] = ecp_i_margin(parts + i, m, s->reaches[i]);
+        if (!ECP_I_PAIRS) continue;
         ecp_i_part_box(parts + i, m, 0, s->margins[i], b->boxes + i);
         /* a half-space that moves is left to ecp_i_near */
         if (parts[i].shape.kind == ECP_HALF_SPACE && m->body->kind == ECP_KINEMATIC) {
@@ -6887,13 +6963,12 @@ static ecp_status ecp_i_find_pairs(ecp_i_step *s)
             b->boxes[i].hi[0] = 0;
         }
     }
-    ecp_i_broad_build(b, parts, shapes);
+    if (ECP_I_PAIRS) ecp_i_broad_build(b, parts, shapes);
     s->pair_count = 0;
     for (i = 0; i < shapes; i++) {
         if (parts[i].body == ECP_I_FREE) continue;
-        found = parts[i].shape.kind == ECP_HALF_SPACE ? ecp_i_broad_query_plane(b, parts, shapes, i)
-                                                      : ecp_i_broad_query(b, i, i);
-        if (b->boxes[i].quiet) found = ecp_i_last_hits(s, i, next, b->hits, found);
+        found = ecp_i_candidates(b, parts, shapes, i, i);
+        if (ECP_I_PAIRS && b->boxes[i].quiet) found = ecp_i_last_hits(s, i, next, b->hits, found);
         for (k = 0; k < s->extras; k++) {
             if (s->extra[2 * k] == i) found = ecp_i_insert_hit(b->hits, found, s->extra[2 * k + 1]);
         }
@@ -6951,15 +7026,15 @@ static void ecp_i_find_touching(ecp_i_step *s)
         strayed = ecp_i_strayed(s, i);
     }
     if (!strayed) return;
-    for (i = 0; i < shapes; i++) {
+    for (i = 0; ECP_I_PAIRS && i < shapes; i++) {
         if (parts[i].body == ECP_I_FREE) continue;
         ecp_i_part_box(parts + i, s->motions + parts[i].body, 1, 0, b->boxes + i);
     }
-    ecp_i_broad_build(b, parts, shapes);
+    if (ECP_I_PAIRS) ecp_i_broad_build(b, parts, shapes);
     for (i = 0; i < shapes; i++) {
         if (parts[i].body == ECP_I_FREE || parts[i].shape.kind == ECP_HALF_SPACE) continue;
         if (!ecp_i_strayed(s, i)) continue;
-        found = ecp_i_broad_query(b, i, -1);
+        found = ecp_i_candidates(b, parts, shapes, i, -1);
         for (k = 0; k < found; k++) {
             int lo = i < b->hits[k] ? i : b->hits[k];
             j = i + b->hits[k] - lo;
@@ -7013,7 +7088,7 @@ static void ecp_i_label_islands(ecp_i_step *s)
     }
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs + i;
-        if (!c->ma->dynamic || !c->mb->dynamic) continue;
+        if (!c->ma->dynamic || !ecp_i_moves_b(c)) continue;
         a = ecp_i_island_root(motions, c->a->body);
         b = ecp_i_island_root(motions, c->b->body);
         if (a < b)
@@ -7213,7 +7288,7 @@ static ecp_real ecp_i_island_speed(const ecp_i_island *s)
     }
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs[i];
-        const ecp_i_motion *other = c->mb->dynamic ? c->ma : c->mb;
+        const ecp_i_motion *other = ecp_i_moves_b(c) ? c->ma : c->mb;
         const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
         if (!other->dynamic) speed = ecp_i_max(speed, ecp_i_norm(other->v));
         speed = ecp_i_max(speed, ecp_i_depth(c, old) / s->h);
@@ -7226,7 +7301,7 @@ static ecp_i_motion *ecp_i_carried(const ecp_i_island *s, const ecp_i_pair *c)
 {
     const ecp_real *g = s->world->desc.gravity;
     ecp_real down = ecp_i_dot(g, c->offset);
-    if (!c->ma->dynamic || !c->mb->dynamic) return c->ma->dynamic ? c->ma : c->mb;
+    if (!c->ma->dynamic || !ecp_i_moves_b(c)) return c->ma->dynamic ? c->ma : c->mb;
     if (!(ecp_i_norm(g) > 0)) down = c->ma->mass - c->mb->mass;
     if (down == 0) return c->ma < c->mb ? c->ma : c->mb;
     return down > 0 ? c->mb : c->ma;
@@ -7283,7 +7358,7 @@ static void ecp_i_island_units(ecp_i_island *s)
         ecp_i_pair *c = s->pairs[i];
         c->V = speed;
         c->L = c->carried->length;
-        if (c->ma->dynamic && c->mb->dynamic) c->L = ecp_i_min(c->ma->length, c->mb->length);
+        if (c->ma->dynamic && ecp_i_moves_b(c)) c->L = ecp_i_min(c->ma->length, c->mb->length);
         load = c->carried->load / (ecp_real)c->carried->loads;
         c->P = ecp_i_power_of_two(load * speed);
         ecp_i_scale(-s->h * load / c->P, s->world->desc.gravity, c->weight);
@@ -7306,7 +7381,7 @@ static void ecp_i_start_warm(const ecp_i_island *s, const ecp_i_pair *c, ecp_rea
     ecp_i_scale(1 / c->L, old->a, y);
     for (i = 0; i < c->nl; i++) y[3 + i] = multipliers[i];
     for (i = 0; i < c->nm; i++) y[ecp_i_at_m(c) + i] = multipliers[c->nl + i];
-    if (!c->plane) y[ecp_i_at_d(c)] = contact->gap / (s->h * c->V);
+    if (!ecp_i_on_plane(c)) y[ecp_i_at_d(c)] = contact->gap / (s->h * c->V);
     for (i = 0; i <= c->nf; i++) y[ecp_i_at_p(c) + i] = 0;
 }
 
@@ -7336,6 +7411,9 @@ static void ecp_i_aside(const ecp_i_pair *c, int k, ecp_real a[3])
     c->a->shape.cls->support(&c->a->shape, local, 0, a);
 }
 
+/* the last of the starts; fallbacks that a program does without need none but the warm one */
+#define ECP_I_STARTS ((ECPSIM_FALLBACKS) & ~ECP_FALLBACK_SUBSTEPS ? 10 : 0)
+
 /* Start k: the patches warm (0), geometric (1), from several points each (2), geometric for the pose
    that a part of the free motion leads to (3 to 6), or geometric with the ECPs to one side (7 to 10). The warm start's velocities
    balance its impulses (a patch without a history knows its load but not where it acts, and gets no
@@ -7347,7 +7425,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
     ecp_i_island *s = (ecp_i_island *)self;
     ecp_real aside[3], dv[6];
     int i, j;
-    if (k > 10) return 0;
+    if (k > ECP_I_STARTS) return 0;
     for (i = 0; i < s->body_count; i++) {
         ecp_i_motion *m = s->motions + s->bodies[i];
         ECPSIM_MEMCPY(dv, m->free, sizeof dv);
@@ -7372,7 +7450,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
             ecp_i_start_geometric(c, s->h, old && (k == 0 || s->nearest) ? old->a : NULL,
                                   ECP_I_FLAT, z + c->at);
         ecp_i_pair_geometry(c, z + c->at);
-        if (!c->plane) ecp_i_set_direction(c);
+        if (!ecp_i_on_plane(c)) ecp_i_set_direction(c);
         if (k > 6) {
             ecp_i_aside(c, k, aside);
             ecp_i_start_geometric(c, s->h, aside, ECP_I_FLAT, z + c->at);
@@ -7383,7 +7461,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         ecp_i_pair_impulse(c, z + c->at);
         ecp_i_pair_noise(c, s->h, 2 * s->noise);
         if (c->ma->dynamic) ecp_i_wrench(c, c->ma, warm ? c->ra : none, 1);
-        if (c->mb->dynamic) ecp_i_wrench(c, c->mb, warm ? c->rb : none, -1);
+        if (ecp_i_moves_b(c)) ecp_i_wrench(c, c->mb, warm ? c->rb : none, -1);
     }
     if (k == 2) return ecp_i_start_spots(s, z);
     for (i = 0; k == 0 && i < s->body_count; i++) {
@@ -7524,7 +7602,7 @@ static void ecp_i_record(const ecp_i_pair *c, const ecp_real *y, ecp_real h, con
     ECPSIM_MEMCPY(B.Q, c->Qb, sizeof B.Q);
     ecp_i_pose_turned(c, 0, 1, &A);
     ecp_i_pose_turned(c, 1, 1, &B);
-    if (c->plane) {
+    if (ecp_i_on_plane(c)) {
         k->separation = ecp_i_plane_gap(&A, &B, 0, unit, at);
     } else {
         ecp_i_copy3(c->n, unit);
@@ -7625,8 +7703,8 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     p.residual = ecp_i_island_residual;
     p.step = ecp_i_island_step;
     p.start = ecp_i_island_start;
-    p.repair = ecp_i_island_repair;
-    p.load = ecp_i_island_load;
+    p.repair = (ECPSIM_FALLBACKS)&ECP_FALLBACK_GEOMETRIC ? ecp_i_island_repair : NULL;
+    p.load = (ECPSIM_FALLBACKS)&ECP_FALLBACK_LOAD ? ecp_i_island_load : NULL;
     p.kept = vectors[5];
     p.drift = vectors[6];
     p.F = vectors[1];
@@ -7872,7 +7950,7 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
     if (status == ECP_OK) {
         r.substeps = 1;
         status = ecp_i_step_once(world, h, &o, 0, &r);
-        if (status == ECP_NOT_SOLVED && (o.fallbacks & ECP_FALLBACK_SUBSTEPS)) {
+        if (status == ECP_NOT_SOLVED && ecp_i_may(&o, ECP_FALLBACK_SUBSTEPS)) {
             status = ecp_i_step_by_parts(world, h, &o, &r);
         }
     }

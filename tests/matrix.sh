@@ -216,6 +216,11 @@ for cc in gcc clang; do
         # shellcheck disable=SC2086
         reals $cc -std=c99 $flags $contract $strict
     done
+    # what a program leaves out does not change the rest
+    # shellcheck disable=SC2086
+    reals $cc -std=c99 -O1 -DECPSIM_NO_PAIRS $contract $strict
+    # shellcheck disable=SC2086
+    reals $cc -std=c99 -O1 -DECPSIM_FALLBACKS=ECP_FALLBACK_GEOMETRIC $contract $strict
     lto=-flto
     [ $cc = gcc ] && lto=-flto=1 # without a number it warns that it takes one
     # shellcheck disable=SC2086

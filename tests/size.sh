@@ -10,6 +10,8 @@
 #   unknowns, paper   of the step with the most: ours, and the paper's for the same contacts
 #   failed  steps that were not solved
 #
+# Each scene leaves out what it can do without by the macros of the manual (`without`); a step that is
+# not solved for it shows in `failed`. Last, what each of them saves in the image of the table.
 # No double-precision routine (__aeabi_d..) may be linked. What is large in an image:
 # arm-none-eabi-nm --size-sort -S --radix=d build/size/arm-TABLE | tail -40
 root=$(pwd)
@@ -56,8 +58,15 @@ field() { echo "$2" | tr ' ' '\n' | sed -n "s/^$1=//p"; }
 measure() {
     target=$1 size=$2 scene=$3
     shift 3
-    image "$target-$scene" "$@" -DSCENE="$scene" || return
-    image "$target-$scene-run" "$@" -DSCENE="$scene" -DMEASURE || return
+    case $scene in
+    BALL) without='-DECPSIM_NO_PAIRS -DECPSIM_FALLBACKS=0' ;;
+    BOX | TABLE) without='-DECPSIM_NO_PAIRS -DECPSIM_FALLBACKS=ECP_FALLBACK_GEOMETRIC' ;;
+    *) without= ;;
+    esac
+    # shellcheck disable=SC2086
+    image "$target-$scene" "$@" $without -DSCENE="$scene" || return
+    # shellcheck disable=SC2086
+    image "$target-$scene-run" "$@" $without -DSCENE="$scene" -DMEASURE || return
     flash=$("$size" "$out/$target-$scene" | awk 'NR == 2 { print $1 + $2 }')
     line=$("run_$target" "$out/$target-$scene-run" 2>&1)
     world=$(field world_bytes "$line")
@@ -81,6 +90,26 @@ no_doubles() {
     ! "${arm%gcc}nm" "$1" | grep -E '__aeabi_(d|cd|f2d|i2d|ui2d|l2d)'
 }
 
+# macro FLAGS: what the image of the table is smaller by with it
+macro() {
+    # shellcheck disable=SC2086
+    image arm-macro "$arm" $arm_flags -DSCENE=TABLE $1 || return
+    printf '  %-44s %6s\n' "$1" \
+        $((whole - $("${arm%gcc}size" "$out/arm-macro" | awk 'NR == 2 { print $1 + $2 }')))
+}
+
+macros() {
+    # shellcheck disable=SC2086
+    image arm-whole "$arm" $arm_flags -DSCENE=TABLE || return
+    whole=$("${arm%gcc}size" "$out/arm-whole" | awk 'NR == 2 { print $1 + $2 }')
+    echo "the table with everything: $whole bytes"
+    macro -DECPSIM_NO_PAIRS
+    macro '-DECPSIM_FALLBACKS=(31&~ECP_FALLBACK_SUBSTEPS)'
+    macro -DECPSIM_FALLBACKS=ECP_FALLBACK_GEOMETRIC
+    macro -DECPSIM_FALLBACKS=0
+    macro '-DECPSIM_NO_PAIRS -DECPSIM_FALLBACKS=0'
+}
+
 scenes='BALL BOX TABLE BOX_ON_BOX EVERYTHING'
 row target scene flash ram world used stack unknowns paper failed
 for scene in $scenes; do
@@ -93,6 +122,7 @@ if command -v "$arm" >/dev/null && command -v qemu-system-arm >/dev/null; then
         measure arm "${arm%gcc}size" "$scene" "$arm" $arm_flags
         no_doubles "$out/arm-$scene" || failed=$((failed + 1))
     done
+    macros
 else
     echo "skipped: Cortex-M4F, no $arm or no qemu-system-arm"
 fi

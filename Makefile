@@ -4,6 +4,8 @@
 # make scale   time a step over the size of the scene
 # make size    flash and RAM of scenes on a Cortex-M4F and x86-64 (needs gcc-arm-none-eabi, qemu)
 # make firmware  programs without an operating system; firmware-test runs them under qemu
+# make hashes  the bits of fixed scenes for all compilers and machines that are here against
+#              tests/hashes.txt; hashes-accept writes that table, after a change that is meant
 # make matrix  the header compiled in every way: compilers, standards, reals, linkage, macros
 # make report  error against run time, ours and the peers' that are here: docs/report.md
 #              (SCENE=t3: that scene alone, to build/report_out; build/report quick: a sample)
@@ -65,6 +67,12 @@ firmware:
 firmware-test:
 	@tests/firmware.sh
 
+hashes:
+	@tests/hashes.sh
+
+hashes-accept:
+	@tests/hashes.sh accept
+
 matrix:
 	@tests/matrix.sh
 
@@ -124,4 +132,5 @@ build/report: $(REPORT_SOURCES) $(REPORT_HEADERS) build/report_double.o build/re
 clean:
 	rm -rf build
 
-.PHONY: run test stress stress-quick scale size firmware firmware-test matrix report plots clean
+.PHONY: run test stress stress-quick scale size firmware firmware-test hashes \
+	hashes-accept matrix report plots clean

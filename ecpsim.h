@@ -154,8 +154,9 @@
    DETERMINISM
    A step uses + - * / and sqrt in a fixed order, so a world is a function of its calls, bit for
    bit, on one compiler and machine. Compile with -ffp-contract=off, without -ffast-math, for bits
-   that do not depend on the compiler; `make test` compares 200 steps of Example 2, in double and in
-   float, between all its builds.
+   that do not depend on the compiler; ecp_arithmetic() tells whether it has worked. `make hashes`
+   compares seven scenes in double and in float, between gcc and clang, their optimisation levels,
+   x86-64, 32-bit x86 with SSE2, ARM under qemu and WebAssembly.
 
    LIMITS
    First order in h, like every time-stepping scheme of this kind; impacts do not bounce. Two thin bodies
@@ -203,6 +204,7 @@ typedef double ecp_real;
    real type does not link. */
 #ifdef ECPSIM_FLOAT
 #define ecp_status_string ecp_f32_status_string
+#define ecp_arithmetic ecp_f32_arithmetic
 #define ecp_lu_factor ecp_f32_lu_factor
 #define ecp_lu_solve ecp_f32_lu_solve
 #define ecp_chol_factor ecp_f32_chol_factor
@@ -294,6 +296,25 @@ typedef enum ecp_status {
 
 /* The sentence that belongs to a status; never NULL. */
 ECP_DEF const char *ecp_status_string(ecp_status status);
+
+/* What keeps a step from giving the same bits as on any other machine, or-ed. */
+enum {
+    ECP_ARITHMETIC_FORMAT =
+        1, /* ecp_real is not binary64 (binary32 with ECPSIM_FLOAT) of IEEE 754 */
+    ECP_ARITHMETIC_EXCESS = 2,    /* expressions keep more digits than their type has (x87), or are
+                                      reordered (-ffast-math) */
+    ECP_ARITHMETIC_ROUNDING = 4,  /* not to the nearest, ties to even; by fesetround() for one */
+    ECP_ARITHMETIC_SUBNORMAL = 8, /* the smallest numbers count as zero */
+    ECP_ARITHMETIC_CONTRACTED = 16, /* a * b + c is rounded once: compile with -ffp-contract=off */
+    ECP_ARITHMETIC_INEXACT = 32,    /* a quotient or a root is not the nearest number */
+    ECP_ARITHMETIC_NAN = 64         /* NaN is not told from a number: bad input would get through */
+};
+
+/* Tries + - * / and sqrt as this library is compiled, on this thread as it is now: 0 if they do what
+   IEEE 754 says, else ECP_ARITHMETIC_... or-ed. It is not called by the library; a program that
+   relies on the same bits elsewhere does, once a thread and after what changes the modes of the
+   floating-point unit. A sample, not a proof. */
+ECP_DEF int ecp_arithmetic(void);
 
 /* >>linear-api ============================================================================ */
 
@@ -920,6 +941,57 @@ static int ecp_i_all_finite(int n, const ecp_real *x)
     int i;
     for (i = 0; i < n; i++) zero += x[i] - x[i];
     return zero == 0;
+}
+
+#ifdef ECPSIM_FLOAT
+#define ECP_I_SMALLEST ECP_R(1.17549435e-38f) /* of full precision */
+#else
+#define ECP_I_SMALLEST ECP_R(2.2250738585072014e-308)
+#endif
+
+ECP_DEF int ecp_arithmetic(void)
+{
+    /* what compilers must take from memory they can not work out beforehand */
+    volatile ecp_real in[9] = {1, ECP_I_EPSILON, ECP_I_SMALLEST, 3, 10, 2, 0, 0, 0}, out[2];
+    ecp_real one = in[0], eps = in[1], smallest = in[2], three = in[3], ten = in[4], two = in[5];
+    ecp_real below = one - eps, above = one + eps, nan;
+    int flags = 0;
+    out[0] = one + eps;
+    out[1] = one + eps / 4;
+    if (sizeof(ecp_real) * 8 != (ECP_I_EPSILON < ECP_R(1e-9) ? 64 : 32) || !(out[0] > one) ||
+        out[1] > out[0]) {
+        flags |= ECP_ARITHMETIC_FORMAT;
+    }
+    if ((one + eps / 4) - one != 0 && !(out[1] > one)) flags |= ECP_ARITHMETIC_EXCESS;
+    /* ties: down to 1, up to 1 + 2 eps; then what is nearer */
+    out[0] = one + eps / 2;
+    out[1] = out[0] - one;
+    if (out[1] != 0) flags |= ECP_ARITHMETIC_ROUNDING;
+    out[0] = above + eps / 2;
+    out[1] = -one - 3 * eps / 4;
+    if (out[0] != one + 2 * eps || out[1] != -one - eps) flags |= ECP_ARITHMETIC_ROUNDING;
+    out[0] = one + 3 * eps / 4;
+    if (out[0] != above) flags |= ECP_ARITHMETIC_ROUNDING;
+    out[0] = smallest / 4;
+    out[1] = out[0] * 4;
+    if (!(out[0] > 0) || out[1] != smallest) flags |= ECP_ARITHMETIC_SUBNORMAL;
+    /* (1 + eps) (1 - eps) = 1 - eps^2, and 1 when it is rounded */
+    if (!(flags & (ECP_ARITHMETIC_EXCESS | ECP_ARITHMETIC_ROUNDING)) && above * below - one != 0) {
+        flags |= ECP_ARITHMETIC_CONTRACTED;
+    }
+    out[0] = one / three;
+    out[1] = ten / three;
+    if (out[0] != ECP_R(1) / ECP_R(3) || out[1] != ECP_R(10) / ECP_R(3)) {
+        flags |= ECP_ARITHMETIC_INEXACT;
+    }
+    out[0] = ecp_i_sqrt(two);
+    out[1] = ecp_i_sqrt(one + 2 * eps);
+    if (out[0] != ECP_R(1.4142135623730951) || out[1] != above) flags |= ECP_ARITHMETIC_INEXACT;
+    out[0] = ecp_i_sqrt(three);
+    if (out[0] != ECP_R(1.7320508075688772)) flags |= ECP_ARITHMETIC_INEXACT;
+    nan = in[6] / in[7];
+    if (ecp_i_finite(nan) || nan == nan || nan > 0) flags |= ECP_ARITHMETIC_NAN;
+    return flags;
 }
 
 /* >>vectors: 3-vectors and 3 x 3 matrices; outputs last, and never an alias of an input unless said */

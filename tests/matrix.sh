@@ -222,7 +222,7 @@ for cc in gcc clang; do
     # shellcheck disable=SC2086
     reals $cc -std=c99 -O1 -DECPSIM_FALLBACKS=ECP_FALLBACK_GEOMETRIC $contract $strict
     lto=-flto
-    [ $cc = gcc ] && lto=-flto=1 # without a number it warns that it takes one
+    [ $cc = gcc ] && lto=-flto=2 # without a number it warns that it takes one, and with 1 that there are more parts
     # shellcheck disable=SC2086
     if can $cc $lto; then program $cc -std=c99 -O2 $lto $contract $strict; fi
     include=$($cc -print-file-name=include)

@@ -377,8 +377,28 @@ test_stress() {
     check 'stress, float' unsolved_within "$out/stress_float.log" $known_float
 }
 
+# what is left out by macros, and the golden hashes of all compilers and machines
+test_without() {
+    for real in -UECPSIM_FLOAT -DECPSIM_FLOAT; do
+        # shellcheck disable=SC2086
+        check "what is left out $real" "$cc" -std=c99 -O1 $warn -DECPSIM_NO_PAIRS -DECPSIM_FALLBACKS=0 \
+            $real tests/without.c -o "$out/without" -lm
+        check "and what is not $real" "$out/without"
+    done
+}
+
+test_hashes() {
+    tests/hashes.sh >"$out/hashes.log" 2>&1
+    code=$?
+    grep '^skipped' "$out/hashes.log"
+    tail -n 1 "$out/hashes.log"
+    check 'golden hashes' sh -c "head -n 20 '$out/hashes.log'; exit $code"
+}
+
 if [ -z "$filter" ]; then
     test_stress
+    test_without
+    test_hashes
     test_links
     test_symbols
     test_dump

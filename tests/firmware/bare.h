@@ -38,12 +38,18 @@ void *memset(void *to, int value, size_t bytes)
 /* The stack grows downwards from stack_top to stack_end; both come from the port. */
 #define BARE_PAINT 0x5ac3a53cu
 
-static void bare_paint(volatile uint32_t *end, const volatile uint32_t *now)
+#if defined(__GNUC__)
+#define BARE_UNUSED __attribute__((unused))
+#else
+#define BARE_UNUSED
+#endif
+
+BARE_UNUSED static void bare_paint(volatile uint32_t *end, const volatile uint32_t *now)
 {
     while (end < now) *end++ = BARE_PAINT;
 }
 
-static uint32_t bare_unpainted(const volatile uint32_t *end, const volatile uint32_t *top)
+BARE_UNUSED static uint32_t bare_unpainted(const volatile uint32_t *end, const volatile uint32_t *top)
 {
     while (end < top && *end == BARE_PAINT) end++;
     return (uint32_t)((uintptr_t)top - (uintptr_t)end);

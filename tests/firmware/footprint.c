@@ -48,6 +48,7 @@ static ecp_status add(ecp_world *w, ecp_body_kind kind, const ecp_shape *shape, 
 /* every public function, so that all are linked */
 typedef void (*any)(void);
 static const any api[] = {(any)ecp_status_string,
+                          (any)ecp_arithmetic,
                           (any)ecp_lu_factor,
                           (any)ecp_lu_solve,
                           (any)ecp_chol_factor,

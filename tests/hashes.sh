@@ -1,0 +1,143 @@
+#!/bin/sh
+# The same bits everywhere (`make hashes`): the scenes of tests/firmware/scenes.h (a table that slides,
+# one that is hit, a box that falls, a union, pairs of all primitives, a stack, and steps that need the
+# fallbacks), hashed over all states of all bodies, in double and in float, by every compiler and
+# machine that is here, against one table, tests/hashes.txt. Also that ecp_arithmetic() tells the
+# builds and modes in which they would differ.
+#
+# `tests/hashes.sh accept` (make hashes-accept) writes the table anew, if all builds agree: for a change
+# that is meant to change bits, in the same commit. Without a golden line a scene fails.
+root=$(pwd)
+out=$root/build/hashes
+rm -rf "$out"
+mkdir -p "$out" || exit 1
+golden=$root/tests/hashes.txt
+: >"$out/all"
+builds=0
+failed=0
+cd tests/firmware || exit 1
+
+warn='-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wdouble-promotion -Wundef
+      -Werror'
+common="-std=c99 -DALL_SCENES -ffp-contract=off -fno-math-errno $warn"
+# no C library: the functions of bare.h, and the compiler's own headers
+bare='-DNDEBUG -ffreestanding -nostdlib -fno-builtin -DECPSIM_MEMCPY=__builtin_memcpy
+      -DECPSIM_MEMSET=__builtin_memset -DECPSIM_ASSERT(x)=((void)(x))'
+
+here() { command -v "$1" >/dev/null || { echo "skipped: no $1"; return 1; }; }
+
+# REAL NAME, the hashes on standard input: notes them, and says what the table has otherwise
+note() {
+    builds=$((builds + 1))
+    sed -n "s/^\([a-z0-9_]* step=.* hash=.*\)/$1 \1/p" >"$out/now"
+    grep "^$1 " "$golden" >"$out/golden" 2>/dev/null
+    sed "s/^/$2: /" "$out/now" >>"$out/all"
+    cat "$out/now" >>"$out/lines"
+    [ -s "$out/now" ] && cmp -s "$out/golden" "$out/now" && return
+    [ "$accept" = accept ] && [ -s "$out/now" ] && return
+    failed=$((failed + 1))
+    echo "other bits: $2, $1"
+    diff "$out/golden" "$out/now" | grep '^[<>]' | head -n 4
+}
+
+# run REAL NAME COMMAND...
+run() {
+    real=$1 name=$2
+    shift 2
+    timeout 600 "$@" </dev/null >"$out/text" 2>&1 || echo "exit status $?: $name"
+    note "$real" "$name" <"$out/text"
+}
+
+# build NAME COMPILER FLAGS...
+build() {
+    name=$1
+    shift
+    "$@" -o "$out/program" >"$out/log" 2>&1 && return
+    failed=$((failed + 1))
+    echo "not built: $name"
+    head -n 5 "$out/log"
+    return 1
+}
+
+accept=$1
+: >"$out/lines"
+hosts=
+for cc in gcc clang; do
+    here $cc || continue
+    for flags in -O0 -O2 '-O3 -march=native' '-O2 -m32 -msse2 -mfpmath=sse'; do
+        echo 'int main(void) { return 0; }' >"$out/empty.c"
+        # shellcheck disable=SC2086
+        if ! $cc $flags "$out/empty.c" -lm -o "$out/empty" 2>/dev/null; then
+            echo "skipped: $cc $flags does not link"
+            continue
+        fi
+        hosts="$hosts$cc $flags
+"
+    done
+done
+for real in double float; do
+    define=-UECPSIM_FLOAT sqrt=__builtin_sqrt
+    [ $real = float ] && define=-DECPSIM_FLOAT sqrt=__builtin_sqrtf
+    echo "$hosts" >"$out/hosts"
+    while read -r host; do
+        [ -n "$host" ] || continue
+        # shellcheck disable=SC2086
+        build "$host" $host $common $define main.c port_hosted.c -lm &&
+            run $real "$host" "$out/program"
+    done <"$out/hosts"
+    if here arm-none-eabi-gcc && here qemu-system-arm; then
+        # shellcheck disable=SC2086
+        build cortex-m7 arm-none-eabi-gcc -O2 $common $define -DNDEBUG -nostdlib -mcpu=cortex-m7 -mthumb \
+            -mfloat-abi=hard -mfpu=fpv5-d16 -fno-tree-loop-distribute-patterns -Tmps2.ld \
+            port_mps2.c main.c -lgcc &&
+            run $real 'arm-none-eabi-gcc Cortex-M7 under qemu' qemu-system-arm -M mps2-an500 -nographic \
+                -monitor none -serial none -semihosting-config enable=on,target=native \
+                -kernel "$out/program"
+    fi
+    if here clang && here wasm-ld && here node; then
+        # shellcheck disable=SC2086
+        build wasm clang --target=wasm32 -O2 $common $bare $define -DECPSIM_SQRT=$sqrt -mbulk-memory \
+            -Wl,--no-entry -Wl,-z,stack-size=262144 main.c port_wasm.c &&
+            run $real 'clang WebAssembly in node' node ../wasm.js "$out/program"
+    fi
+done
+
+# ---- what makes other bits is told. Flags of ecp_arithmetic: excess 2, contracted 16, NaN 64
+# arithmetic MUST MAY COMPILER FLAGS...
+arithmetic() {
+    must=$1 may=$2
+    shift 2
+    echo 'int main(void) { return 0; }' >"$out/empty.c"
+    "$@" "$out/empty.c" -o "$out/empty" 2>/dev/null || return
+    builds=$((builds + 1))
+    if ! "$@" -std=c99 ../arithmetic.c -lm -o "$out/program" 2>"$out/log" ||
+        ! "$out/program" "$must" "$may" >"$out/text"; then
+        failed=$((failed + 1))
+        echo "ecp_arithmetic: $*: $(tr '\n' ' ' <"$out/text")"
+    fi
+}
+for cc in gcc clang; do
+    here $cc >/dev/null || continue
+    for define in -UECPSIM_FLOAT -DECPSIM_FLOAT; do
+        arithmetic 0 0 $cc $define -O0 -ffp-contract=off
+        arithmetic 0 0 $cc $define -O3 -ffp-contract=off
+        [ "$(uname -m)" = x86_64 ] || continue
+        arithmetic 2 32 $cc $define -O2 -m32 -mno-sse -mfpmath=387
+        arithmetic 66 42 $cc $define -O2 -ffast-math
+        grep -q ' fma ' /proc/cpuinfo && arithmetic 16 0 $cc $define -O2 -mfma -ffp-contract=fast
+    done
+done
+
+# ---- the table
+cd "$root" || exit 1
+different=$(sort -u "$out/lines" | awk '{ $NF = ""; print }' | sort | uniq -d | wc -l)
+if [ "$accept" = accept ]; then
+    if [ "$different" -gt 0 ] || [ $failed -gt 0 ] || [ ! -s "$out/lines" ]; then
+        echo "not accepted: the builds do not agree ($out/all)"
+        failed=$((failed + 1))
+    else
+        awk '!seen[$0]++' "$out/lines" >"$golden"
+    fi
+fi
+echo "hashes: builds=$builds lines=$(wc -l <"$golden") failed=$failed"
+[ $failed -eq 0 ]

@@ -6,6 +6,7 @@
 # make firmware  programs without an operating system; firmware-test runs them under qemu
 # make hashes  the bits of fixed scenes for all compilers and machines that are here against
 #              tests/hashes.txt; hashes-accept writes that table, after a change that is meant
+# make fuzz    the public API with hostile bytes, 10 million calls (fuzz-quick: a minute; fuzz-afl: AFL++)
 # make matrix  the header compiled in every way: compilers, standards, reals, linkage, macros
 # make report  error against run time, ours and the peers' that are here: docs/report.md
 #              (SCENE=t3: that scene alone, to build/report_out; build/report quick: a sample)
@@ -73,6 +74,15 @@ hashes:
 hashes-accept:
 	@tests/hashes.sh accept
 
+fuzz:
+	@tests/fuzz.sh
+
+fuzz-quick:
+	@tests/fuzz.sh quick
+
+fuzz-afl:
+	@tests/fuzz.sh afl
+
 matrix:
 	@tests/matrix.sh
 
@@ -133,4 +143,4 @@ clean:
 	rm -rf build
 
 .PHONY: run test stress stress-quick scale size firmware firmware-test hashes \
-	hashes-accept matrix report plots clean
+	hashes-accept fuzz fuzz-quick fuzz-afl matrix report plots clean

@@ -1155,6 +1155,24 @@ static int ecp_i_quat_normalise(ecp_real q[4])
     return 1;
 }
 
+/* A quaternion from outside, whose length may be any but zero, scaled by a power of two, which rounds
+   nothing, so that no square overflows. */
+static void ecp_i_quat_scaled(const ecp_real in[4], ecp_real q[4])
+{
+    ecp_real big = 0;
+    int k;
+    for (k = 0; k < 4; k++) big = ecp_i_max(big, ecp_i_abs(in[k]));
+    big = ecp_i_power_of_two(big);
+    for (k = 0; k < 4; k++) q[k] = in[k] / big;
+}
+
+/* the same with length one; 0 if it has no length */
+static int ecp_i_quat_unit(const ecp_real in[4], ecp_real q[4])
+{
+    ecp_i_quat_scaled(in, q);
+    return ecp_i_quat_normalise(q);
+}
+
 /* equ:kinematic for the rotation: q + h (0, w) q / 2 = (1, u) q with u = h w / 2, renormalised */
 ECP_DEF void ecp_quat_advance(const ecp_real q[4], const ecp_real w[3], ecp_real h, ecp_real out[4])
 {
@@ -2736,11 +2754,15 @@ ECP_DEF void ecp_shape_mass(const ecp_shape *s, ecp_real density, ecp_mass *out)
 }
 
 /* R = I + (2 / |q|^2) (w V + V V), V = the cross product matrix of (x, y, z) */
-static void ecp_i_mass_rotation(const ecp_real q[4], ecp_real R[9])
+static void ecp_i_mass_rotation(const ecp_real rotation[4], ecp_real R[9])
 {
-    const ecp_real w = q[0], x = q[1], y = q[2], z = q[3];
-    const ecp_real c = ECP_R(2) / (w * w + x * x + y * y + z * z);
-
+    ecp_real q[4], w, x, y, z, c;
+    ecp_i_quat_scaled(rotation, q);
+    w = q[0];
+    x = q[1];
+    y = q[2];
+    z = q[3];
+    c = ECP_R(2) / (w * w + x * x + y * y + z * z);
     R[0] = ECP_R(1) - c * (y * y + z * z);
     R[1] = c * (x * y - w * z);
     R[2] = c * (x * z + w * y);
@@ -3050,8 +3072,7 @@ static ecp_status ecp_i_check_pose(const ecp_real *position, const ecp_real *rot
     if (position && !ecp_i_all_finite(3, position)) return ECP_NOT_FINITE;
     if (!rotation) return ECP_OK;
     if (!ecp_i_all_finite(4, rotation)) return ECP_NOT_FINITE;
-    ECPSIM_MEMCPY(q, rotation, sizeof q);
-    return ecp_i_quat_normalise(q) && ecp_i_all_finite(4, q) ? ECP_OK : ECP_BAD_ROTATION;
+    return ecp_i_quat_unit(rotation, q) ? ECP_OK : ECP_BAD_ROTATION;
 }
 
 /* the body with this index, or NULL where there is none */
@@ -3110,8 +3131,7 @@ ECP_DEF ecp_status ecp_body_add(ecp_world *world, const ecp_body_desc *desc, int
     ECPSIM_MEMSET(b, 0, sizeof *b);
     b->kind = (int)desc->kind;
     ecp_i_copy3(desc->position, b->x);
-    ECPSIM_MEMCPY(b->q, desc->rotation, sizeof b->q);
-    ecp_i_quat_normalise(b->q);
+    ecp_i_quat_unit(desc->rotation, b->q);
     if (desc->kind != ECP_STATIC) {
         ecp_i_copy3(desc->velocity, b->v);
         ecp_i_copy3(desc->angular_velocity, b->v + 3);
@@ -3244,8 +3264,7 @@ ECP_DEF ecp_status ecp_body_add_shape(ecp_world *world, int body, const ecp_shap
     if (position) ecp_i_copy3(position, p->position);
     q[0] = 1;
     ecp_i_set3(0, 0, 0, q + 1);
-    if (rotation) ECPSIM_MEMCPY(q, rotation, sizeof q);
-    ecp_i_quat_normalise(q);
+    if (rotation) ecp_i_quat_unit(rotation, q);
     ecp_quat_to_matrix(q, p->rotation);
     ecp_i_part_bounds(p);
     ecp_i_bodies(world)[body].asleep = 0;
@@ -3291,10 +3310,7 @@ ECP_DEF ecp_status ecp_body_set_state(ecp_world *world, int body, const ecp_real
         ecp_i_copy3(position, b->x);
         ecp_i_set3(0, 0, 0, b->x_carry);
     }
-    if (rotation) {
-        ECPSIM_MEMCPY(b->q, rotation, sizeof b->q);
-        ecp_i_quat_normalise(b->q);
-    }
+    if (rotation) ecp_i_quat_unit(rotation, b->q);
     if (velocity) {
         ecp_i_copy3(velocity, b->v);
         ecp_i_set3(0, 0, 0, b->v_carry);
@@ -7881,6 +7897,13 @@ static void ecp_i_add_carried(ecp_real *x, ecp_real *carry, ecp_real dx)
     *x = sum;
 }
 
+/* the turn in a step, in rad, whose square is still a number */
+#ifdef ECPSIM_FLOAT
+#define ECP_I_LARGEST_TURN ECP_R(1e18)
+#else
+#define ECP_I_LARGEST_TURN ECP_R(1e150)
+#endif
+
 static ecp_status ecp_i_commit(ecp_i_step *s)
 {
     ecp_world *w = s->w;
@@ -7892,6 +7915,11 @@ static ecp_status ecp_i_commit(ecp_i_step *s)
         if (!ecp_i_all_finite(6, m->v) || !ecp_i_all_finite(3, m->dx) ||
             !ecp_i_all_finite(9, m->R)) {
             return ecp_i_fail(s->r, ECP_NOT_FINITE, i, -1, -1, m->v[0], 0);
+        }
+        for (k = 3; k < 6; k++) {
+            ecp_real turn = ecp_i_abs(s->h * m->v[k]);
+            if (turn <= ECP_I_LARGEST_TURN) continue;
+            return ecp_i_fail(s->r, ECP_NOT_FINITE, i, -1, -1, turn, ECP_I_LARGEST_TURN);
         }
     }
     for (i = 0; i < w->bodies; i++) {

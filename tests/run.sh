@@ -395,9 +395,18 @@ test_hashes() {
     check 'golden hashes' sh -c "head -n 20 '$out/hashes.log'; exit $code"
 }
 
+# what fuzzing has found, and a sample of what it has tried
+test_fuzz() {
+    tests/fuzz.sh replay >"$out/fuzz.log" 2>&1
+    code=$?
+    grep -hE '^(skipped|replay)' "$out/fuzz.log"
+    check 'the corpus of the fuzzers' sh -c "cat '$out/fuzz.log'; exit $code"
+}
+
 if [ -z "$filter" ]; then
     test_stress
     test_without
+    test_fuzz
     test_hashes
     test_links
     test_symbols

@@ -792,6 +792,75 @@ static void world_test_capacity(void)
 
 /* a box on its corner hits the floor at 20 m/s; with one iteration and no way out that is not
    solved, nothing changes, and the world can still be stepped as if nothing had been tried */
+/* quaternions so long or so short that their squares are no numbers are still rotations, and give the
+   bits of the same one with length about one; found by tests/fuzz.sh */
+static void world_test_extreme_rotations(void)
+{
+    const double exponents[4] = {-300, -160, 160, 300};
+    world_fixture f;
+    ecp_mass part, one, sum;
+    ecp_shape box = world_box(0.3, 0.2, 0.1);
+    ecp_real q[4], at[3] = {1, 2, 3}, got[4], expected[4], turned[9], plain[9];
+    int i, k, shape;
+    world_setup(&f);
+    ecp_shape_mass(&box, 1, &part);
+    for (i = 0; i < 5; i++) {
+        double exponent = i == 4 ? 0 : exponents[i] / test_by(1, 8);
+        ecp_real unit = ecp_i_power_of_two(ECP_R(pow(10, exponent)));
+        ecp_body_desc d = ecp_body_desc_default();
+        q[0] = unit * ECP_R(0.5);
+        q[1] = -unit * ECP_R(0.25);
+        q[2] = unit * ECP_R(0.125);
+        q[3] = unit;
+        CHECK(ecp_body_set_state(f.world, f.box, NULL, q, NULL, NULL) == ECP_OK);
+        ecp_body_get_state(f.world, f.box, NULL, got, NULL, NULL);
+        for (k = 0; k < 4; k++) d.rotation[k] = q[k];
+        ecp_body_remove(f.world, f.rail);
+        CHECK(ecp_body_add(f.world, &d, &f.rail) == ECP_OK);
+        ecp_body_get_state(f.world, f.rail, NULL, expected, NULL, NULL);
+        CHECK(memcmp(got, expected, sizeof got) == 0);
+        CHECK(ecp_body_add_shape(f.world, f.rail, &box, NULL, q, NULL, &shape) == ECP_OK);
+        ecp_shape_get(f.world, shape, NULL, NULL, NULL, turned);
+        memset(&sum, 0, sizeof sum);
+        ecp_mass_add(&sum, &part, at, q);
+        q[0] = ECP_R(0.5);
+        q[1] = ECP_R(-0.25);
+        q[2] = ECP_R(0.125);
+        q[3] = 1;
+        memset(&one, 0, sizeof one);
+        ecp_mass_add(&one, &part, at, q);
+        CHECK(memcmp(&sum, &one, sizeof sum) == 0);
+        CHECK(ecp_body_set_state(f.world, f.box, NULL, q, NULL, NULL) == ECP_OK);
+        ecp_body_get_state(f.world, f.box, NULL, expected, NULL, NULL);
+        CHECK(memcmp(got, expected, sizeof got) == 0);
+        CHECK_NEAR(got[0] * got[0] + got[1] * got[1] + got[2] * got[2] + got[3] * got[3], 1,
+                   test_by(1e-15, 1e-6));
+        ecp_quat_to_matrix(got, plain);
+        for (k = 0; k < 9; k++) CHECK(turned[k] - turned[k] == 0);
+    }
+    world_free(&f);
+}
+
+/* A turn in a step whose square is no number is refused: it would leave a rotation without a length. */
+static void world_test_extreme_turns(void)
+{
+    const ecp_real slow[3] = {0, 0, ECP_R(test_by(1e140, 1e15))};
+    const ecp_real fast[3] = {0, 0, ECP_R(test_by(1e153, 5e20))};
+    ecp_real q[4];
+    ecp_report r;
+    world_fixture f;
+    world_setup(&f);
+    CHECK(ecp_body_set_state(f.world, f.rail, NULL, NULL, NULL, fast) == ECP_OK);
+    memcpy(f.copy, f.world, f.bytes);
+    WORLD_REFUSED(&f, ecp_step(f.world, ECP_R(0.01), NULL, &r), ECP_NOT_FINITE);
+    CHECK(r.body == f.rail && r.value > r.limit && r.limit > 0);
+    CHECK(ecp_body_set_state(f.world, f.rail, NULL, NULL, NULL, slow) == ECP_OK);
+    CHECK(ecp_step(f.world, ECP_R(0.01), NULL, &r) == ECP_OK);
+    ecp_body_get_state(f.world, f.rail, NULL, q, NULL, NULL);
+    CHECK_NEAR(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3], 1, test_by(1e-15, 1e-6));
+    world_free(&f);
+}
+
 static void world_test_failed_step(void)
 {
     ecp_world_desc desc = ecp_world_desc_default();
@@ -1197,6 +1266,8 @@ static void test_world_section(void)
     world_test_bad_guess();
     world_test_bad_step();
     world_test_capacity();
+    world_test_extreme_rotations();
+    world_test_extreme_turns();
     world_test_failed_step();
     world_test_bad_remove();
     world_test_remove();

@@ -123,9 +123,11 @@
    ecp_body_set_state on a body of it (with NULLs only, it wakes and nothing else), on what it lies on
    too; a shape or a filter of these; a body that is taken away, or whose motion may reach it within
    the step; gravity, h, or an option. A step that is left out would have given the same bits, so
-   sleep changes no bit of any body or contact at any time: it only saves time. Contacts of bodies
-   that sleep are there as always; ecp_report.asleep counts the bodies. Only what the library cannot see must
-   not change under a body that sleeps: the numbers behind the pointers of a shape.
+   sleep changes no bit of any body or contact at any time: it only saves time. (So an island that
+   takes iterations of a bounded number, options.max_total_iterations, does not sleep: the others
+   would find more of them left.) Contacts of bodies that sleep are there as always;
+   ecp_report.asleep counts the bodies. Only what the library cannot see must not change under a body
+   that sleeps: the numbers behind the pointers of a shape.
 
    A STEP AS A TEST
    ecp_dump() writes the step to come as a C function that makes the same world, bit for bit, and does
@@ -699,9 +701,13 @@ typedef struct ecp_options {
                            gap h vs and the velocity vs, where vs is the fastest free velocity,
                            or g h at rest. Rounding floors are added to it (docs/numerics.md). */
     int max_iterations; /* Newton iterations of one attempt */
-    int fallbacks;      /* ECP_FALLBACK_... that may be used, or-ed */
-    int sleep;          /* 1: islands at rest are left out of the problem until something changes.
-                           It changes no bit of any body or contact, see SLEEP in the manual */
+    int max_total_iterations; /* of all attempts, islands, sub-steps and the centring together, or 0:
+                                 as many as it takes. A bound on the time of a step: where it ends
+                                 the search the step is ECP_NOT_SOLVED, and where it ends the
+                                 centring ecp_report.centred is 0 */
+    int fallbacks;            /* ECP_FALLBACK_... that may be used, or-ed */
+    int sleep; /* 1: islands at rest are left out of the problem until something changes.
+                                 It changes no bit of any body or contact, see SLEEP in the manual */
     /* ecp_dump, or NULL: called for a step that ends in ECP_NOT_SOLVED, with these two */
     ecp_status (*dump)(const ecp_world *world, ecp_real h, const struct ecp_options *options,
                        void (*write)(void *user, const char *text), void *user);
@@ -709,7 +715,8 @@ typedef struct ecp_options {
     void *dump_user;
 } ecp_options;
 
-/* centred, 1e-12 (float: 1e-5), 40 iterations, all fallbacks, no sleep, no dump. */
+/* centred, 1e-12 (float: 1e-5), 40 iterations an attempt, no bound on all of them, all fallbacks that
+   there are (ECPSIM_FALLBACKS), no sleep, no dump. */
 ECP_DEF ecp_options ecp_options_default(void);
 
 /* What a step did. */
@@ -2848,7 +2855,7 @@ typedef struct ecp_i_patch {
 /* what a step was asked for, as far as its result depends on it */
 typedef struct ecp_i_asked {
     ecp_real tolerance;
-    int sleep, rule, max_iterations, fallbacks;
+    int sleep, rule, max_iterations, max_total_iterations, fallbacks;
 } ecp_i_asked;
 
 struct ecp_world {
@@ -2856,7 +2863,7 @@ struct ecp_world {
     int bodies, shapes, patches;   /* bodies and shapes: indices in use up to the highest one */
     int lowest_body, lowest_shape; /* no index below is free */
     ecp_real last_h;               /* of the last step, for which the patches' impulses are */
-    ecp_i_asked asked;             /* of the last step */
+    ecp_i_asked asked;             /* of the last step, zero if that knew no sleep */
     size_t bodies_at, parts_at, patches_at, multipliers_at, state_bytes, bytes;
 };
 
@@ -4218,7 +4225,7 @@ static void ecp_i_change_ecp(const ecp_i_pair *c, const ecp_real da[3], ecp_i_ch
 static void ecp_i_change_tilt(const ecp_i_pair *c, const ecp_real da[3], ecp_i_change *t)
 {
     ecp_real turned[3], local[3];
-    if (c->plane) {
+    if (ecp_i_on_plane(c)) {
         ecp_i_axpy(t->rows, c->compliance, da, t->rows);
     } else {
         ecp_i_mul(c->Qa, da, turned);
@@ -5380,7 +5387,27 @@ typedef struct ecp_i_problem {
 
 typedef struct ecp_i_effort {
     int iterations, evaluations, fallbacks;
+    int most; /* iterations that may be made */
 } ecp_i_effort;
+
+/* nothing done yet, and what options.max_total_iterations leaves after so many iterations elsewhere */
+static ecp_i_effort ecp_i_effort_after(const ecp_options *o, int iterations)
+{
+    ecp_i_effort effort;
+    effort.iterations = effort.evaluations = effort.fallbacks = 0;
+    effort.most = 0x7fffffff;
+    if (o->max_total_iterations > 0) {
+        effort.most =
+            iterations < o->max_total_iterations ? o->max_total_iterations - iterations : 0;
+    }
+    return effort;
+}
+
+/* did that option not matter here, and does what was done here not matter for what it leaves to others? */
+static int ecp_i_unbound(const ecp_options *o, const ecp_i_effort *effort)
+{
+    return o->max_total_iterations == 0 || (effort->iterations == 0 && effort->most > 0);
+}
 
 /* may this way out be tried? */
 static int ecp_i_may(const ecp_options *o, int fallback)
@@ -5529,7 +5556,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     s.slack = ECP_I_SLACK;
     s.fine = 1;
     s.compliance = s.stride = s.miss = 0;
-    for (k = 0; k < most; k++) {
+    for (k = 0; k < most && effort->iterations < effort->most; k++) {
         if (!p->step(p->self, z, p->F, s.fine, s.compliance, p->dz)) return s.error <= tolerance;
         effort->iterations++;
         before = s.largest;
@@ -5628,6 +5655,7 @@ static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *o, ecp_real *z
     int k, limit = o->max_iterations;
     for (k = 0; p->start(p->self, k, z); k++) {
         int kind = k > 2 ? ECP_FALLBACK_MULTISTART : k > 0 ? ECP_FALLBACK_GEOMETRIC : 0;
+        if (k > 0 && effort->iterations >= effort->most) break;
         if (k > 2 && !ecp_i_may(o, kind)) break;
         if (k == 0 || ecp_i_may(o, kind)) {
             effort->fallbacks |= kind;
@@ -5654,6 +5682,7 @@ ECP_DEF ecp_options ecp_options_default(void)
     o.tolerance = ECP_R(1e-12);
 #endif
     o.max_iterations = 40;
+    o.max_total_iterations = 0;
     o.fallbacks = ECPSIM_FALLBACKS;
     o.sleep = 0;
     o.dump = NULL;
@@ -5665,7 +5694,8 @@ ECP_DEF ecp_options ecp_options_default(void)
 static ecp_status ecp_i_check_options(const ecp_options *o)
 {
     if (!ecp_i_finite(o->tolerance)) return ECP_NOT_FINITE;
-    if (!(o->tolerance > 0) || o->max_iterations < 1 || (o->fallbacks & ~(ECPSIM_FALLBACKS))) {
+    if (!(o->tolerance > 0) || o->max_iterations < 1 || o->max_total_iterations < 0 ||
+        (o->fallbacks & ~(ECPSIM_FALLBACKS))) {
         return ECP_BAD_OPTION;
     }
     if (o->sleep != 0 && o->sleep != 1) return ECP_BAD_OPTION;
@@ -5771,7 +5801,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
 {
     ecp_options o = ecp_options_default();
     ecp_i_arena arena = ecp_i_arena_over(NULL, 0);
-    ecp_i_effort effort = {0, 0, 0};
+    ecp_i_effort effort;
     ecp_i_mcp s;
     ecp_i_problem p;
     ecp_real *work;
@@ -5800,6 +5830,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     p.load = NULL;
     p.kept = NULL;
     ECPSIM_MEMCPY(s.z0, z, (size_t)size * sizeof(ecp_real));
+    effort = ecp_i_effort_after(&o, 0);
     solved = ecp_i_solve(&p, &o, work, &effort);
     if (solved) ECPSIM_MEMCPY(z, work, (size_t)size * sizeof(ecp_real));
     if (report) {
@@ -7218,13 +7249,21 @@ static int ecp_i_same_bytes(const void *a, const void *b, size_t bytes)
     return 1;
 }
 
-static void ecp_i_ask(const ecp_options *o, int sleep, ecp_i_asked *asked)
+static void ecp_i_ask(const ecp_options *o, ecp_i_asked *asked)
 {
     asked->tolerance = o->tolerance;
-    asked->sleep = sleep;
+    asked->sleep = 1;
     asked->rule = (int)o->rule;
     asked->max_iterations = o->max_iterations;
+    asked->max_total_iterations = o->max_total_iterations;
     asked->fallbacks = o->fallbacks;
+}
+
+static int ecp_i_same_asked(const ecp_i_asked *a, const ecp_i_asked *b)
+{
+    return a->tolerance == b->tolerance && a->sleep == b->sleep && a->rule == b->rule &&
+           a->max_iterations == b->max_iterations &&
+           a->max_total_iterations == b->max_total_iterations && a->fallbacks == b->fallbacks;
 }
 
 /* who is to fall asleep, and whose flags hold for this step; sub-steps know no sleep */
@@ -7233,8 +7272,8 @@ static void ecp_i_begin_sleep(ecp_i_step *s, int substep)
     ecp_i_asked asked;
     s->watched = s->o->sleep && !substep;
     if (!s->watched) return;
-    ecp_i_ask(s->o, 1, &asked);
-    s->sleepers = ecp_i_same_bytes(&asked, &s->w->asked, sizeof asked) && s->h == s->w->last_h;
+    ecp_i_ask(s->o, &asked);
+    s->sleepers = ecp_i_same_asked(&asked, &s->w->asked) && s->h == s->w->last_h;
 }
 
 static void ecp_i_stir(ecp_i_step *s, const ecp_i_patch *p)
@@ -7313,8 +7352,9 @@ static void ecp_i_end_sleep(ecp_i_step *s)
     ecp_i_body *bodies = ecp_i_bodies(s->w);
     size_t reals = (size_t)s->w->desc.max_inequalities;
     int i;
-    ecp_i_ask(s->o, s->watched, &s->w->asked);
+    ECPSIM_MEMSET(&s->w->asked, 0, sizeof s->w->asked);
     if (!s->watched) return;
+    ecp_i_ask(s->o, &s->w->asked);
     for (i = 0; i < s->w->bodies; i++) {
         ecp_i_motion *m = s->motions + i;
         if (!m->dynamic) continue;
@@ -7753,7 +7793,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
 {
     ecp_i_island s;
     ecp_i_problem p;
-    ecp_i_effort effort = {0, 0, 0};
+    ecp_i_effort effort = ecp_i_effort_after(step->o, step->r->iterations);
     ecp_real *vectors[7], *z, *best, error, merit = 0, natural = step->r->natural_residual;
     size_t mark = step->arena.used;
     int i, solved, centred = 1;
@@ -7811,6 +7851,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     step->r->iterations += effort.iterations;
     step->r->evaluations += effort.evaluations;
     step->r->fallbacks |= effort.fallbacks;
+    if (!ecp_i_unbound(step->o, &effort)) step->motions[label].stirred = 1; /* does not sleep */
     for (i = 0; i < p.n; i++) {
         merit += p.F[i] * p.F[i];
         natural = ecp_i_max(natural, ecp_i_abs(p.F[i]));
@@ -8020,10 +8061,12 @@ static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_op
                               sizeof before[i].force);
             }
             if (++r->substeps == ECP_I_SUBSTEPS && rest > 0) status = ECP_NOT_SOLVED;
+            if (rest > 0 && ecp_i_effort_after(o, r->iterations).most == 0) status = ECP_NOT_SOLVED;
             if (status == ECP_OK) continue;
         }
         part /= 4;
         if (status != ECP_NOT_SOLVED || part < ECP_I_SHORTEST || r->substeps == ECP_I_SUBSTEPS ||
+            ecp_i_effort_after(o, r->iterations).most == 0 ||
             (ecp_real)(r->iterations - iterations) * (ecp_real)r->unknowns >
                 ECP_I_EFFORT * (ecp_real)o->max_iterations) {
             break;
@@ -8050,7 +8093,8 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
     if (status == ECP_OK) {
         r.substeps = 1;
         status = ecp_i_step_once(world, h, &o, 0, &r);
-        if (status == ECP_NOT_SOLVED && ecp_i_may(&o, ECP_FALLBACK_SUBSTEPS)) {
+        if (status == ECP_NOT_SOLVED && ecp_i_may(&o, ECP_FALLBACK_SUBSTEPS) &&
+            ecp_i_effort_after(&o, r.iterations).most > 0) {
             status = ecp_i_step_by_parts(world, h, &o, &r);
         }
     }
@@ -8477,6 +8521,7 @@ static void ecp_i_put_world(const ecp_i_text *t, const ecp_world *w)
     ecp_i_put_int(t, ";\n    w->asked.sleep = ", w->asked.sleep, ";\n");
     ecp_i_put_int(t, "    w->asked.rule = ", w->asked.rule, ";\n");
     ecp_i_put_int(t, "    w->asked.max_iterations = ", w->asked.max_iterations, ";\n");
+    ecp_i_put_int(t, "    w->asked.max_total_iterations = ", w->asked.max_total_iterations, ";\n");
     ecp_i_put_int(t, "    w->asked.fallbacks = ", w->asked.fallbacks, ";\n");
     if (w->bodies > 0) ecp_i_put(t, "    memcpy(ecp_i_bodies(w), bodies, sizeof bodies);\n");
     if (w->shapes > 0) ecp_i_put(t, "    memcpy(ecp_i_parts(w), parts, sizeof parts);\n");
@@ -8514,6 +8559,7 @@ ECP_DEF ecp_status ecp_dump(const ecp_world *world, ecp_real h, const ecp_option
     ecp_i_put(&t, "    options.tolerance = ");
     ecp_i_put_real(&t, o.tolerance);
     ecp_i_put_int(&t, ";\n    options.max_iterations = ", o.max_iterations, ";\n");
+    ecp_i_put_int(&t, "    options.max_total_iterations = ", o.max_total_iterations, ";\n");
     ecp_i_put_int(&t, "    options.fallbacks = ", o.fallbacks, ";\n");
     if (o.sleep) ecp_i_put(&t, "    options.sleep = 1;\n");
     for (i = 0; i < world->shapes; i++) {

@@ -934,6 +934,48 @@ static void world_cubes(world_fixture *f, double lower)
     memcpy(f->copy, f->world, f->bytes);
 }
 
+/* max_total_iterations is never exceeded, whatever the fallbacks; a step that it ends changes nothing,
+   and with as many as the step needs it is the same step */
+static void world_test_total_iterations(void)
+{
+    world_fixture f;
+    ecp_body_desc d = ecp_body_desc_default();
+    ecp_shape box = world_box(0.5, 0.4, 0.3);
+    ecp_options o = ecp_options_default();
+    ecp_report r, bounded;
+    unsigned char *whole;
+    int most, refused = 0;
+    world_setup(&f);
+    d.inertia[0] = d.inertia[4] = d.inertia[8] = ECP_R(0.08);
+    ecp_body_remove(f.world, f.rail);
+    ecp_i_set3(ECP_R(0.2), 0, ECP_R(0.4), d.position);
+    ecp_i_set3(3, 1, -20, d.velocity);
+    ecp_i_set3(5, -7, 3, d.angular_velocity);
+    CHECK(ecp_body_add(f.world, &d, &f.rail) == ECP_OK);
+    CHECK(ecp_body_add_shape(f.world, f.rail, &box, NULL, NULL, NULL, NULL) == ECP_OK);
+    memcpy(f.copy, f.world, f.bytes);
+    whole = (unsigned char *)malloc(f.bytes);
+    o.max_iterations = 3; /* so that it does not do without fallbacks */
+    CHECK(ecp_step(f.world, ECP_R(0.02), &o, &r) == ECP_OK);
+    CHECK(r.fallbacks != 0 && r.iterations > 6);
+    memcpy(whole, f.world, f.bytes);
+    for (most = 1; most <= r.iterations; most++) {
+        memcpy(f.world, f.copy, f.bytes);
+        o.max_total_iterations = most;
+        if (ecp_step(f.world, ECP_R(0.02), &o, &bounded) != ECP_OK) {
+            refused++;
+            WORLD_REFUSED(&f, bounded.status, ECP_NOT_SOLVED);
+        }
+        CHECK(bounded.iterations <= most);
+    }
+    CHECK(refused >= 3);
+    CHECK(bounded.status == ECP_OK && memcmp(f.world, whole, f.bytes) == 0);
+    o.max_total_iterations = -1;
+    CHECK(ecp_step(f.world, ECP_R(0.02), &o, NULL) == ECP_BAD_OPTION);
+    free(whole);
+    world_free(&f);
+}
+
 static void world_test_bad_remove(void)
 {
     world_fixture f;
@@ -1269,6 +1311,7 @@ static void test_world_section(void)
     world_test_extreme_rotations();
     world_test_extreme_turns();
     world_test_failed_step();
+    world_test_total_iterations();
     world_test_bad_remove();
     world_test_remove();
     world_test_remove_many();

@@ -263,12 +263,14 @@ static void step(machine *m, input *in)
     if (how > 250) h = number(in);
     if (kind & 128) o.rule = ECP_NEAREST;
     if (kind == 200) o.tolerance = number(in);
+    if (kind % 8 == 6) o.max_total_iterations = (int)take(in) % 40;
     if (kind == 201) o.max_iterations = (int)take(in) - 1;
     memcpy(m->again, m->world, m->state);
     status = ecp_step(m->world, h, &o, &r);
     steps++;
     solved += status == ECP_OK;
     REQUIRE(status == r.status);
+    REQUIRE(o.max_total_iterations <= 0 || r.iterations <= o.max_total_iterations);
     if (status == ECP_OK) {
         REQUIRE(r.natural_residual - r.natural_residual == 0 && r.merit - r.merit == 0);
         REQUIRE(r.memory_used <= m->bytes);

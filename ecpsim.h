@@ -166,6 +166,11 @@
    of its size. With several contacts the impulses are one solution of many. Where a body turns far
    within a step its gyroscopic moment is taken at the end of the step, not at the beginning.
 
+   REAL TIME
+   options.max_total_iterations bounds the Newton iterations of a step, all attempts together; a step
+   that it ends is ECP_NOT_SOLVED, and the world untouched. docs/embedding.md: memory, stack, time,
+   porting.
+
    EQUATIONS
    docs/model.md derives them, docs/numerics.md the solver. Comments name the paper's LaTeX labels. */
 

@@ -3,7 +3,7 @@
 # sanitizers, in double and in float.
 #
 #   tests/fuzz.sh quick   a minute (make fuzz-quick)
-#   tests/fuzz.sh         until FUZZ_CALLS calls (10,000,000) are made, a line each minute, ^C ends it; what
+#   tests/fuzz.sh         until FUZZ_CALLS calls (10,000,000) are made, a line every two minutes, ^C ends it; what
 #                         it has learnt stays in build/fuzz/corpus and is where the next run goes on (make fuzz)
 #   tests/fuzz.sh afl     AFL++ for FUZZ_SECONDS (600), from the same corpus (make fuzz-afl)
 #   tests/fuzz.sh replay  tests/fuzz/corpus and what build/fuzz/corpus has, once, with gcc or clang and
@@ -87,8 +87,8 @@ quick | long)
         round float 30
     else
         while [ $failed -eq 0 ] && [ $calls -lt "${FUZZ_CALLS:-10000000}" ]; do
-            round double 30
-            [ $failed -eq 0 ] && round float 30
+            round double "${FUZZ_ROUND:-60}"
+            [ $failed -eq 0 ] && round float "${FUZZ_ROUND:-60}"
             echo "calls=$calls corpus=$(find "$out/corpus" -type f | wc -l) $(date +%H:%M:%S)"
         done
     fi

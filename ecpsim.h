@@ -6815,13 +6815,16 @@ static int ecp_i_most_unknowns(const ecp_world_desc *d)
     return (ECP_I_PAIRS ? 8 : 7) + d->max_inequalities;
 }
 
+/* bodies of one island */
+static int ecp_i_most_together(const ecp_world_desc *d) { return ECP_I_PAIRS ? d->max_bodies : 1; }
+
 /* What the fronts of one island may need, in reals. Exact for what matters on a microcontroller (one
    body, whatever its patches); for more bodies an estimate: each is taken to have 12 neighbours when
    it is eliminated, and a patch of many to leave 8 rows. */
 static size_t ecp_i_tree_reals(const ecp_world_desc *d)
 {
-    size_t n = (size_t)d->max_bodies, patches = (size_t)d->max_patches;
-    size_t u = ECP_I_PAIRS ? 6 * (n - 1 < 12 ? n - 1 : 12) : 0;
+    size_t n = (size_t)ecp_i_most_together(d), patches = (size_t)d->max_patches;
+    size_t u = 6 * (n - 1 < 12 ? n - 1 : 12);
     size_t left = n > 8 ? 8 : (size_t)ecp_i_most_unknowns(d);
     size_t met = patches * left + n * u, front = (n > 8 ? 32 * left : met) + 6;
     return n * (19 * (7 + u) + u + 12) + (met + 6 * n) * (7 + u) +          /* lasting */
@@ -6846,8 +6849,8 @@ static void ecp_i_carve_world(ecp_i_arena *arena, ecp_world *w)
         ecp_i_carve_block(arena, most, ECP_I_MOVERS, &c);
     }
     if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_SUBSTEPS) ecp_i_take(arena, w->state_bytes, 1); /* before */
-    ecp_i_carve_vectors(arena, 6 * d->max_bodies + most * d->max_patches, vectors);
-    ecp_i_carve_tree(arena, d->max_bodies, &t, &g);
+    ecp_i_carve_vectors(arena, 6 * ecp_i_most_together(d) + most * d->max_patches, vectors);
+    ecp_i_carve_tree(arena, ecp_i_most_together(d), &t, &g);
     if (d->solver_bytes > 0)
         ecp_i_take(arena, d->solver_bytes, 1);
     else

@@ -68,7 +68,7 @@ cat >unit.h <<'EOT'
     static union {                                                                                 \
         double align;                                                                              \
         unsigned char bytes[100000];                                                               \
-    } name##_memory;                                                                               \
+    } name##_memory __attribute__((aligned(8))); /* a double may have 4 */                         \
     unsigned long name(void)                                                                       \
     {                                                                                              \
         const ecp_real up[3] = {0, 0, 1}, half[3] = {1, (ecp_real)0.5, (ecp_real)0.25};            \

@@ -8,7 +8,7 @@
 static union {
     double align;
     unsigned char bytes[200000];
-} memory;
+} memory __attribute__((aligned(8)));
 
 static int failed;
 

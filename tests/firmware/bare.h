@@ -49,7 +49,8 @@ BARE_UNUSED static void bare_paint(volatile uint32_t *end, const volatile uint32
     while (end < now) *end++ = BARE_PAINT;
 }
 
-BARE_UNUSED static uint32_t bare_unpainted(const volatile uint32_t *end, const volatile uint32_t *top)
+BARE_UNUSED static uint32_t bare_unpainted(const volatile uint32_t *end,
+                                           const volatile uint32_t *top)
 {
     while (end < top && *end == BARE_PAINT) end++;
     return (uint32_t)((uintptr_t)top - (uintptr_t)end);

@@ -15,7 +15,7 @@
 static union {
     uint64_t align;
     unsigned char bytes[SCENE == EVERYTHING ? 1000000 : 65536];
-} memory;
+} memory __attribute__((aligned(8)));
 
 /* the capacities that the scene needs, no more */
 static ecp_world_desc describe(void)

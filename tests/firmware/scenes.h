@@ -39,7 +39,7 @@ static ecp_world_desc scene_desc(void)
 static union {
     uint64_t align;
     unsigned char bytes[1500000];
-} scene_memory;
+} scene_memory __attribute__((aligned(8)));
 
 /* ---- parts of scenes; errors show in the hash */
 

@@ -263,8 +263,10 @@ static void step(machine *m, input *in)
     if (how > 250) h = number(in);
     if (kind & 128) o.rule = ECP_NEAREST;
     if (kind == 200) o.tolerance = number(in);
-    if (kind % 8 == 6) o.max_total_iterations = (int)take(in) % 40;
+    /* what is not solved takes its time to say so */
+    o.max_total_iterations = kind % 64 == 63 ? 300 : kind % 8 == 6 ? 1 + (int)take(in) % 40 : 60;
     if (kind == 201) o.max_iterations = (int)take(in) - 1;
+    if (kind == 202) o.max_total_iterations = -1;
     memcpy(m->again, m->world, m->state);
     status = ecp_step(m->world, h, &o, &r);
     steps++;

@@ -7880,7 +7880,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     }
     /* what was not written need not be cleared */
     if (effort.evaluations == 1 && step->arena.used == s.begin) {
-        step->arena.used -= 4 * (size_t)s.unknowns * sizeof(ecp_real);
+        step->arena.used -= 5 * (size_t)s.unknowns * sizeof(ecp_real);
     }
     ecp_i_release(&step->arena, mark, step->arena.top);
     return ECP_OK;

@@ -3444,7 +3444,7 @@ typedef struct ecp_i_motion {
     ecp_real whole[6];            /* p_app + p_vp of equ:discrete_NE */
     ecp_real kick[6];             /* what the equations take of it; all, but for ecp_i_ramp */
     ecp_real free[6];             /* the velocity change without contacts, M^-1 kick */
-    ecp_real far;                 /* |x| at the beginning of the step */
+    ecp_real from_origin;         /* |x| at the beginning of the step */
     ecp_real drift, swing;        /* h |free|, linear; h (|w| + |free|), angular */
     ecp_real mass, length, speed; /* units: of mass, of length, of velocity (vs, of the island) */
     /* at the trial velocity */
@@ -3603,7 +3603,7 @@ static void ecp_i_predict(const ecp_world *w, const ecp_i_body *b, ecp_real h, e
     } else if (b->kind == ECP_KINEMATIC) {
         m->swing = h * ecp_i_norm(b->v + 3);
     }
-    m->far = ecp_i_norm(b->x);
+    m->from_origin = ecp_i_norm(b->x);
     ecp_i_move(m, h, m->dynamic ? m->free : none);
 }
 
@@ -6549,7 +6549,7 @@ static ecp_real ecp_i_margin(const ecp_i_part *p, const ecp_i_motion *m, ecp_rea
 {
     if (p->shape.kind == ECP_HALF_SPACE) return 0;
     return m->drift + ECP_R(1.5) * reach * m->swing + ECP_R(1e-3) * p->shape.radius +
-           8 * ECP_I_EPSILON * m->far;
+           8 * ECP_I_EPSILON * m->from_origin;
 }
 
 /* the primitive's box at the beginning of the step, `reach` wider on all sides, with its displacement;

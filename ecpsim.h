@@ -3661,8 +3661,11 @@ typedef struct ecp_i_pair {
     ecp_real force[3];             /* impulse on A */
     ecp_real p[4];                 /* p_n / P, y */
     ecp_real z[3], radius, z_norm; /* argument of the projection, mu p_n, |z| */
-    ecp_real give;       /* compliance of the contact in a relaxed problem, 0 in the true one */
-    ecp_real compliance; /* the same in a damped Newton step */
+    ecp_real outer;                /* max(|z|, radius), by which the projection divides */
+    ecp_real
+        tau; /* smoothing of the complementarity rows in a relaxed problem, 0 in the true one */
+    ecp_real give;       /* and compliance of the contact */
+    ecp_real compliance; /* of the contact in a damped Newton step, 0 in others */
     ecp_real kink;       /* how near to its kink a row may be treated as on either side */
 
     /* the Newton block (see elimination) */
@@ -3841,6 +3844,23 @@ static void ecp_i_pair_gap(ecp_i_pair *c, const ecp_real *y, ecp_real h)
     c->b->shape.cls->eval(&c->b->shape, c->b_local, c->fb, c->gb);
 }
 
+/* |x|, smoothed by tau */
+static ecp_real ecp_i_smooth_abs(ecp_real x, ecp_real tau2)
+{
+    ecp_real size = ecp_i_abs(x);
+    return tau2 == 0 && size > ECP_I_SQUARE ? size : ecp_i_sqrt(x * x + tau2);
+}
+
+/* The projection on the ball of the radius mu p_n is z radius / max(|z|, radius); |z|, the positive
+   part of p_n and the maximum are smoothed by tau. */
+static void ecp_i_projection(ecp_i_pair *c)
+{
+    ecp_real tau2 = c->tau * c->tau, p = c->p[0];
+    c->z_norm = ecp_i_sqrt(c->z_norm + tau2);
+    c->radius = c->mu * (p + ecp_i_smooth_abs(p, tau2)) / 2;
+    c->outer = (c->z_norm + c->radius + ecp_i_smooth_abs(c->z_norm - c->radius, tau2)) / 2;
+}
+
 /* Where the patch is on A and its normal, from its unknowns y and the trial motion of the two bodies. */
 static void ecp_i_pair_geometry(ecp_i_pair *c, const ecp_real *y)
 {
@@ -3894,8 +3914,7 @@ static void ecp_i_pair_slip(ecp_i_pair *c)
         c->z[k] = c->p[1 + k] - c->rho * (w[k] + c->give * c->p[1 + k]);
         c->z_norm += c->z[k] * c->z[k];
     }
-    c->z_norm = ecp_i_sqrt(c->z_norm);
-    c->radius = c->mu * ecp_i_max(c->p[0], 0);
+    ecp_i_projection(c);
 }
 
 /* Everything that the residual and its derivative need. */
@@ -3935,15 +3954,15 @@ static ecp_real ecp_i_impulse_size(const ecp_i_pair *c)
 
 /* rows of multipliers l of inequalities f, unit times which is the slack; most of them are off */
 static void ecp_i_multiplier_rows(int count, const ecp_real *l, const ecp_real *f, ecp_real unit,
-                                  ecp_real *F)
+                                  ecp_real tau, ecp_real *F)
 {
     ecp_real r;
     int i;
     for (i = 0; i < count; i++) {
         ecp_real slack = unit * f[i];
         F[i] = 0;
-        if (l[i] == 0 && slack > ECP_I_SQUARE) continue;
-        F[i] = ecp_i_fb_value(l[i], slack, 0, &r);
+        if (l[i] == 0 && slack > ECP_I_SQUARE && tau == 0) continue;
+        F[i] = ecp_i_fb_value(l[i], slack, tau, &r);
     }
 }
 
@@ -3962,12 +3981,13 @@ static void ecp_i_pair_residual(const ecp_i_pair *c, const ecp_real *y, ecp_real
         }
         for (k = 0; k < 3; k++) F[row++] = local[k];
     }
-    ecp_i_multiplier_rows(c->nl, y + 3, c->fa, unit, F + row);
+    ecp_i_multiplier_rows(c->nl, y + 3, c->fa, unit, c->tau, F + row);
     row += c->nl;
-    ecp_i_multiplier_rows(c->nm, y + ecp_i_at_m(c), c->fb, unit, F + row);
+    ecp_i_multiplier_rows(c->nm, y + ecp_i_at_m(c), c->fb, unit, c->tau, F + row);
     row += c->nm;
-    F[row++] = ecp_i_fb_value(c->p[0], c->d / (h * c->V) + c->give * c->p[0], 0, &r);
-    shrink = c->nf && c->z_norm > c->radius ? c->radius / c->z_norm : ECP_R(1);
+    F[row++] = ecp_i_fb_value(c->p[0], c->d / (h * c->V) + c->give * c->p[0], c->tau, &r);
+    shrink = c->nf && c->z_norm > c->radius ? c->radius / c->outer : ECP_R(1);
+    if (c->nf && c->tau > 0) shrink = c->radius / c->outer;
     for (k = 0; k < c->nf; k++) F[row++] = c->p[1 + k] - shrink * c->z[k];
 }
 
@@ -4016,33 +4036,37 @@ static int ecp_i_pair_column(const ecp_i_pair *c, const ecp_i_change *t, ecp_rea
 }
 
 /* what the columns of one block have in common: the slopes of the gap's row by p_n and by the gap; and
-   of the radius by p_n, where the projection is not the identity */
+   of the projection, where it is not the identity: of outer by |z|, and of the radius by p_n */
 typedef struct ecp_i_slopes {
     ecp_real p, d;
     int slips;
-    ecp_real radius;
+    ecp_real outer, radius;
 } ecp_i_slopes;
 
 static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_i_slopes *s)
 {
-    ecp_real p = c->p[0];
-    ecp_i_fb(p, c->d / (h * c->V) + c->give * p, 0, &s->p, &s->d);
+    ecp_real apart = c->z_norm - c->radius, tau2 = c->tau * c->tau, p = c->p[0], q, size;
+    ecp_i_fb(p, c->d / (h * c->V) + c->give * p, c->tau, &s->p, &s->d);
     if (ecp_i_abs(p) < c->kink && ecp_i_abs(c->d) < c->kink * h * c->V) {
         /* centring: a contact that touches without a load may take one */
         s->p = 0;
         s->d = 1;
     }
-    s->slips = c->nf > 0 && c->z_norm > c->radius;
-    s->radius = p < 0 ? ECP_R(0) : c->mu;
+    s->slips = c->outer > 0 && (tau2 > 0 || !(apart <= 0));
+    if (c->nf == 0 || !s->slips) return;
+    q = ecp_i_smooth_abs(apart, tau2);
+    size = ecp_i_smooth_abs(p, tau2);
+    s->outer = (1 + apart / q) / 2;
+    s->radius = c->mu * (size > 0 ? (1 + p / size) / 2 : ECP_R(1));
 }
 
-/* friction rows: y - P(z) with P = radius z / max(|z|, radius), dP = dz inside the cone, and
-   (radius / |z|) (dz - u u.dz) + u d radius with u = z / |z| outside. dw: the change of the slip
-   (t.v, o.v, N.spin) */
+/* friction rows: y - P(z) with P = radius z / outer. Without smoothing that is dP = dz inside the
+   cone, and (radius / |z|) (dz - u u.dz) + u d radius with u = z / |z| outside. dw: the change of the
+   slip (t.v, o.v, N.spin) */
 static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i_change *t,
                                   const ecp_real dw[3], ecp_real *column)
 {
-    ecp_real dz[3], along = 0, d_radius;
+    ecp_real dz[3], along = 0, d_radius, d_outer;
     int k, ld = c->columns;
     for (k = 0; k < c->nf; k++) {
         ecp_real give = (c->give + c->compliance) * t->p[1 + k];
@@ -4054,10 +4078,11 @@ static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_slopes *s, co
     }
     for (k = 0; k < c->nf; k++) along += c->z[k] * dz[k] / c->z_norm;
     d_radius = s->radius * t->p[0];
+    d_outer = s->outer * along + (1 - s->outer) * d_radius;
     for (k = 0; k < c->nf; k++) {
         column[ld * k] = t->p[1 + k] - (c->radius * dz[k] + c->z[k] * d_radius -
-                                        c->radius * c->z[k] * along / c->z_norm) /
-                                           c->z_norm;
+                                        c->radius * c->z[k] * d_outer / c->outer) /
+                                           c->outer;
     }
 }
 
@@ -4099,8 +4124,8 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i
         row += 1 + c->km;
     }
     if (!moves && !pushes) return;
-    column[ld * row] = s->p * t->p[0];
-    column[ld * row++] += s->d * (d / (h * c->V) + (c->give + c->compliance) * t->p[0]);
+    column[ld * row++] =
+        s->p * t->p[0] + s->d * (d / (h * c->V) + (c->give + c->compliance) * t->p[0]);
     ecp_i_scale(-1, t->n, dN);
     if (turns && c->nf > 0) {
         ecp_i_cross(dN, c->direction, d_o);
@@ -4142,14 +4167,14 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i
    = db. Returns their number. At the kink (both l and f within `kink` of zero) the constraint counts
    as off, which is one of the generalised derivatives: an ECP on the rim of its patch can leave it. */
 static int ecp_i_condense(int count, const ecp_real *l, const ecp_real *f, const ecp_real *g,
-                          ecp_real L, ecp_real kink, ecp_real *fixed, ecp_real *slope, int *active,
-                          ecp_real H[9], ecp_real shift[3])
+                          ecp_real L, ecp_real tau, ecp_real kink, ecp_real *fixed, ecp_real *slope,
+                          int *active, ecp_real H[9], ecp_real shift[3])
 {
     int i, j, k, kept = 0;
     ecp_i_set3(0, 0, 0, shift);
     for (i = 0; i < count; i++) {
-        ecp_real da, db, F = ecp_i_fb(l[i], -f[i] / L, 0, &da, &db);
-        if (ecp_i_abs(l[i]) <= kink && ecp_i_abs(f[i]) <= kink * L) {
+        ecp_real da, db, F = ecp_i_fb(l[i], -f[i] / L, tau, &da, &db);
+        if (!(tau > 0) && ecp_i_abs(l[i]) <= kink && ecp_i_abs(f[i]) <= kink * L) {
             da = 1;
             db = 0;
         }
@@ -4356,16 +4381,16 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
     ecp_i_scale(c->L, y, a);
     ecp_i_hessian(&c->a->shape, a, y + 3, c->L, c->Ha);
     c->n_noise = ecp_i_normal_noise(c->Ha, y);
-    c->kl = ecp_i_condense(c->nl, y + 3, c->fa, c->ga, c->L, c->kink, c->fixed_a, c->slope_a,
-                           c->active_a, c->Ha, shift_a);
+    c->kl = ecp_i_condense(c->nl, y + 3, c->fa, c->ga, c->L, c->tau, c->kink, c->fixed_a,
+                           c->slope_a, c->active_a, c->Ha, shift_a);
     c->km = 0;
     if (!ecp_i_on_plane(c)) {
         const ecp_real *m = y + ecp_i_at_m(c);
         ecp_i_hessian(&c->b->shape, c->b_local, m, c->L, c->Hb);
         ecp_i_scale(1 / c->L, c->b_local, b);
         c->n_noise += ecp_i_normal_noise(c->Hb, b);
-        c->km = ecp_i_condense(c->nm, m, c->fb, c->gb, c->L, c->kink, c->fixed_b, c->slope_b,
-                               c->active_b, c->Hb, shift_b);
+        c->km = ecp_i_condense(c->nm, m, c->fb, c->gb, c->L, c->tau, c->kink, c->fixed_b,
+                               c->slope_b, c->active_b, c->Hb, shift_b);
     }
     c->ny = 4 + c->kl + c->nf + (ecp_i_on_plane(c) ? 0 : 1 + c->km);
     rows = c->ny + 6 * bodies;
@@ -5153,7 +5178,7 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real re
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         ecp_real size;
-        c->give = relax;
+        c->tau = c->give = relax;
         ecp_i_pair_evaluate(c, z + c->at, s->h);
         ecp_i_pair_residual(c, z + c->at, s->h, F + c->at);
         ecp_i_pair_noise(c, s->h, 0);
@@ -5453,8 +5478,10 @@ static ecp_real ecp_i_content(ecp_real tolerance)
 /* how many of the last merits a new one may compare itself with */
 #define ECP_I_MEMORY 4
 
-/* the line search gives up below this part of a step, which then is damped more */
-#define ECP_I_SHORTEST_STEP ECP_R(0.02)
+/* the line search gives up below this part of a Newton step, which then is damped more, or of one that
+   can not be damped more */
+#define ECP_I_SHORT_STEP ECP_R(0.02)
+#define ECP_I_SHORTEST_STEP ECP_R(1e-5)
 
 /* Merits up to this one are let pass at first, a quarter of it after each iteration: near the kinks of
    a semismooth system a step that brings the right set of active constraints may raise the merit. */
@@ -5498,10 +5525,10 @@ static ecp_real ecp_i_line_search(const ecp_i_problem *p, const ecp_real *z, ecp
                                   ecp_real relax, ecp_i_search *s, ecp_i_effort *effort)
 {
     ecp_real best = s->slack, t = 1, above = s->error;
-    int i;
+    int i, last = s->compliance >= ECP_I_MOST_COMPLIANCE;
     for (i = 0; i < ECP_I_MEMORY; i++) best = ecp_i_max(best, s->merits[i]);
     s->slack /= 4;
-    for (; t >= ECP_I_SHORTEST_STEP; t /= 2) {
+    for (; t >= (last ? ECP_I_SHORTEST_STEP : ECP_I_SHORT_STEP); t /= 2) {
         ecp_i_try(p, z, t, relax, s, effort);
         if (s->error <= tolerance) return t;
         if (above <= tolerance) return 0;
@@ -5598,8 +5625,8 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     return s.error <= tolerance;
 }
 
-/* Follows the solution of the relaxed problem, in which contacts give way (of a general problem: the
-   smoothed one), from soft to stiff, then solves the true one. */
+/* Follows the solution of the relaxed problem, in which complementarity is smoothed and contacts give
+   way, until it is hardly relaxed any more, then solves the true one. */
 static int ecp_i_continue(const ecp_i_problem *p, ecp_real tolerance, int limit, ecp_real *z,
                           ecp_i_effort *effort)
 {
@@ -7579,7 +7606,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
         int warm = k == 0 && old && !old->guess;
         s->uncentred |= k == 0 && old && !old->centred;
-        c->give = 0;
+        c->tau = c->give = 0;
         if (warm)
             ecp_i_start_warm(s, c, z + c->at);
         else

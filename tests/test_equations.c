@@ -318,7 +318,7 @@ static int equations_sample(equations_scene *k, int all_active, int mode, ecp_re
     int i, attempt;
     for (i = 0; i < k->s.unknowns; i++)
         k->z[i] = i < 6 * k->s.body_count ? ECP_R(0.5 * test_random()) : 0;
-    for (i = 0; i < k->s.pair_count; i++) k->members[i]->give = relax;
+    for (i = 0; i < k->s.pair_count; i++) k->members[i]->tau = k->members[i]->give = relax;
     ecp_i_island_residual(&k->s, k->z, relax, k->F);
     for (i = 0; i < k->s.pair_count; i++) {
         ecp_i_pair *c = k->members[i];

@@ -3465,14 +3465,16 @@ typedef struct ecp_i_motion {
    turns as before or not at all, costs little. */
 static void ecp_i_move(ecp_i_motion *m, ecp_real h, const ecp_real dv[6])
 {
-    ecp_real w[3];
+    const ecp_real *v = m->body->v, *carry = m->body->v_carry;
+    ecp_real w[3], sum[6];
     int k;
     if (m->turns > 0 && ecp_i_equal(m->dv, dv) && ecp_i_equal(m->dv + 3, dv + 3)) return;
     ecp_i_copy3(m->v + 3, w);
-    for (k = 0; k < 6; k++) {
-        m->dv[k] = dv[k];
-        m->v[k] = m->body->v[k] + (m->body->v_carry[k] + dv[k]);
-    }
+    ECPSIM_MEMCPY(m->dv, dv, sizeof m->dv);
+    ecp_i_axpy(carry, 1, dv, sum);
+    ecp_i_axpy(carry + 3, 1, dv + 3, sum + 3);
+    ecp_i_axpy(v, 1, sum, m->v);
+    ecp_i_axpy(v + 3, 1, sum + 3, m->v + 3);
     ecp_i_scale(h, m->v, m->dx);
     if (m->turns > 0 && ecp_i_equal(m->v + 3, w)) return;
     m->turns++;
@@ -3820,24 +3822,36 @@ static void ecp_i_pair_place(ecp_i_pair *c, const ecp_real a[3])
     if (ecp_i_on_plane(c)) ecp_i_plane_gap_before(c);
 }
 
-/* N, and the rounding error of the gap, of a patch whose Qa, ra, rb, cone are known */
-static void ecp_i_pair_normal(ecp_i_pair *c)
+static void ecp_i_pair_cone(ecp_i_pair *c, const ecp_real *y)
+{
+    ecp_real cone[3] = {0, 0, 0};
+    int i;
+    for (i = 0; i < c->nl; i++) ecp_i_axpy(cone, y[3 + i], c->ga + 3 * i, cone);
+    ecp_i_copy3(cone, c->cone);
+}
+
+/* N, and the rounding error of the gap, of a patch whose Qa, ra, rb are known */
+static void ecp_i_pair_normal(ecp_i_pair *c, const ecp_real *y)
 {
     ecp_i_pair_turn_b(c);
     if (ecp_i_on_plane(c)) return;
+    ecp_i_pair_cone(c, y);
     ecp_i_mul(c->Qa, c->cone, c->n);
     ecp_i_scale(-1, c->n, c->N);
     c->d_floor = ECP_I_EPSILON * (ecp_i_norm(c->offset) + ecp_i_norm(c->ra) + ecp_i_norm(c->rb));
     c->d_noise = c->d_floor;
 }
 
-/* after that: d, rb2, and b with g there */
+/* after that: d, rb2, b with g there; the cone of a half-space's patch, which its normal does not need */
 static void ecp_i_pair_gap(ecp_i_pair *c, const ecp_real *y, ecp_real h)
 {
     ecp_real origin[3], at[3];
     c->d = ecp_i_on_plane(c) ? ecp_i_plane_gap_after(c) : h * c->V * y[ecp_i_at_d(c)];
     ecp_i_axpy(c->rb, c->d, c->n, c->rb2);
-    if (ecp_i_on_plane(c)) return;
+    if (ecp_i_on_plane(c)) {
+        ecp_i_pair_cone(c, y);
+        return;
+    }
     ecp_i_mul(c->mb->R, c->b->position, origin);
     ecp_i_sub(c->rb2, origin, at);
     ecp_i_mul_t(c->Qb, at, c->b_local);
@@ -3864,12 +3878,9 @@ static void ecp_i_projection(ecp_i_pair *c)
 /* Where the patch is on A and its normal, from its unknowns y and the trial motion of the two bodies. */
 static void ecp_i_pair_geometry(ecp_i_pair *c, const ecp_real *y)
 {
-    ecp_real a[3], cone[3] = {0, 0, 0}, moved[3];
-    int i;
+    ecp_real a[3], moved[3];
     ecp_i_scale(c->L, y, a);
     ecp_i_pair_place(c, a);
-    for (i = 0; i < c->nl; i++) ecp_i_axpy(cone, y[3 + i], c->ga + 3 * i, cone);
-    ecp_i_copy3(cone, c->cone);
     if (c->turns_a != c->ma->turns) {
         c->turns_a = c->ma->turns;
         ecp_i_matmul(c->ma->R, c->a->rotation, c->Qa);
@@ -3879,7 +3890,7 @@ static void ecp_i_pair_geometry(ecp_i_pair *c, const ecp_real *y)
     ecp_i_sub(c->ma->dx, c->mb->dx, moved);
     ecp_i_axpy(c->offset, 1, moved, moved);
     ecp_i_axpy(moved, 1, c->ra, c->rb);
-    ecp_i_pair_normal(c);
+    ecp_i_pair_normal(c, y);
 }
 
 /* The impulse on A, after the geometry and the tangents. */
@@ -6588,7 +6599,9 @@ static void ecp_i_part_box(const ecp_i_part *p, const ecp_i_motion *m, int at_en
     int k;
     box->body = p->body;
     box->quiet = m->quiet && !at_end;
-    for (k = 0; k < 3; k++) box->dx_lo[k] = box->dx_hi[k] = at_end ? ECP_R(0) : m->dx[k];
+    ecp_i_set3(0, 0, 0, box->dx_lo);
+    if (!at_end) ecp_i_copy3(m->dx, box->dx_lo);
+    ecp_i_copy3(box->dx_lo, box->dx_hi);
     if (p->shape.kind == ECP_HALF_SPACE) {
         ecp_real local[3], origin[3];
         ecp_i_mul(p->rotation, p->shape.size, local);
@@ -6663,8 +6676,8 @@ static const ecp_i_box *ecp_i_broad_node(const ecp_i_broad *b, int node)
 /* the tree over the boxes of all shapes that are there; none where these are all of one body */
 static void ecp_i_broad_build(ecp_i_broad *b, const ecp_i_part *parts, int shapes)
 {
-    ecp_i_box all = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}, 0, 0, 0};
-    int i;
+    ecp_i_box all;
+    int i, bodies = 0;
     b->count = b->plane_count = 0;
     for (i = 0; i < shapes; i++) {
         if (parts[i].body == ECP_I_FREE) continue;
@@ -6673,12 +6686,14 @@ static void ecp_i_broad_build(ecp_i_broad *b, const ecp_i_part *parts, int shape
             continue;
         }
         b->boxes[i].last = i;
-        if (b->count == 0) all = b->boxes[i];
-        ecp_i_box_join(&all, b->boxes + i, &all);
+        if (b->count == 0 || parts[i].body != parts[b->leaf[b->count - 1]].body) bodies++;
         b->leaf[b->count++] = i;
     }
-    if (all.body != ECP_I_FREE) b->count = 0;
-    for (i = 0; b->count > 1 && i < b->count; i++) {
+    if (bodies < 2) b->count = 0;
+    if (b->count == 0) return;
+    all = b->boxes[b->leaf[0]];
+    for (i = 1; i < b->count; i++) ecp_i_box_join(&all, b->boxes + b->leaf[i], &all);
+    for (i = 0; i < b->count; i++) {
         b->code[b->leaf[i]] = ecp_i_morton(&all, b->boxes + b->leaf[i]);
     }
     ecp_i_sort_leaves(b);
@@ -6812,9 +6827,10 @@ static void ecp_i_carve_patches(ecp_i_arena *arena, int patches, int inequalitie
 /* values, gradients and lists of one patch with nl + nm multipliers */
 static void ecp_i_carve_pair(ecp_i_arena *arena, int nl, int nm, ecp_i_pair *c)
 {
-    ecp_real *reals = ecp_i_take_reals(arena, 6, nl + nm);
-    int *ints = ecp_i_take_ints(arena, nl + nm);
-    if (!reals || !ints) return;
+    size_t count = (size_t)(nl + nm);
+    ecp_real *reals = (ecp_real *)ecp_i_take(arena, count, 6 * sizeof(ecp_real) + sizeof(int));
+    int *ints = reals ? (int *)(void *)(reals + 6 * count) : NULL;
+    if (!reals) return;
     c->fa = reals;
     c->fixed_a = c->fa + nl;
     c->slope_a = c->fixed_a + nl;
@@ -6831,9 +6847,9 @@ static void ecp_i_carve_pair(ecp_i_arena *arena, int nl, int nm, ecp_i_pair *c)
    trial, the last z that a ramp has reached */
 static void ecp_i_carve_vectors(ecp_i_arena *arena, int unknowns, ecp_real *vectors[7])
 {
-    ecp_real *reals = ecp_i_take_reals(arena, unknowns, 7);
     int k;
-    for (k = 0; reals && k < 7; k++) vectors[k] = reals + k * unknowns;
+    vectors[0] = ecp_i_take_reals(arena, unknowns, 7);
+    for (k = 1; vectors[0] && k < 7; k++) vectors[k] = vectors[k - 1] + unknowns;
 }
 
 /* unknowns of a patch with three friction rows and all multipliers that the description allows */
@@ -7595,8 +7611,10 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         for (j = 0; k > 2 && k < 7 && j < 6; j++) {
             dv[j] = parts[k - 3] * (m->body->v[j] + m->free[j]) - m->body->v[j];
         }
-        ecp_i_scale(1 / m->speed, dv, z + 6 * i);
-        ecp_i_scale(m->length / m->speed, dv + 3, z + 6 * i + 3);
+        if (k > 0) {
+            ecp_i_scale(1 / m->speed, dv, z + 6 * i);
+            ecp_i_scale(m->length / m->speed, dv + 3, z + 6 * i + 3);
+        }
         ECPSIM_MEMSET(m->residual, 0, sizeof m->residual);
         m->noise = m->jitter = 0;
         ecp_i_move(m, s->h, dv);
@@ -7907,7 +7925,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     }
     /* what was not written need not be cleared */
     if (effort.evaluations == 1 && step->arena.used == s.begin) {
-        step->arena.used -= 5 * (size_t)s.unknowns * sizeof(ecp_real);
+        step->arena.used = (size_t)((unsigned char *)best - step->arena.base);
     }
     ecp_i_release(&step->arena, mark, step->arena.top);
     return ECP_OK;

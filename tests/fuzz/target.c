@@ -262,6 +262,7 @@ static void step(machine *m, input *in)
     if (kind % 64 == 63) o.fallbacks = 31;
     if (how > 250) h = number(in);
     if (kind & 128) o.rule = ECP_NEAREST;
+    o.sleep = kind >> 6 & 1;
     if (kind == 200) o.tolerance = number(in);
     /* what is not solved takes its time to say so */
     o.max_total_iterations = kind % 64 == 63 ? 300 : kind % 8 == 6 ? 1 + (int)take(in) % 40 : 60;

@@ -7862,7 +7862,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     s.h = step->h;
     s.world = step->w;
     s.nearest = step->o->rule == ECP_NEAREST;
-    s.noise = ecp_i_content(step->o->tolerance) / 2;
+    s.noise = step->o->tolerance / 10;
     for (i = label; i >= 0; i = s.motions[i].next_body) {
         s.motions[i].at = 6 * s.body_count;
         s.bodies[s.body_count++] = i;

@@ -454,6 +454,33 @@ static void test_sleep_contacts(void)
     sleep_end(&run);
 }
 
+/* a box on an incline, askew: no number is round, and it rests in every bit all the same */
+static void test_sleep_incline(void)
+{
+    const double down = 20 * 3.14159265358979323846 / 180;
+    double s = sin(down / 2), c = cos(down / 2), yaw_s = sin(0.35), yaw_c = cos(0.35);
+    ecp_real x[3], q[4], v[3], w[3];
+    ecp_world *world = test_world(NULL);
+    ecp_options o = ecp_options_default();
+    ecp_report r;
+    int i;
+    o.sleep = 1;
+    test_ground(world, sin(down), 0, cos(down), NULL);
+    sleep_box(world, ECP_DYNAMIC, 0.1 * sin(down), 0, 0.1 * cos(down), 0.1);
+    q[0] = (ecp_real)(c * yaw_c);
+    q[1] = (ecp_real)(s * yaw_s);
+    q[2] = (ecp_real)(s * yaw_c);
+    q[3] = (ecp_real)(c * yaw_s);
+    ecp_body_set_state(world, 1, NULL, q, NULL, NULL);
+    for (i = 0; i < 20; i++) CHECK(ecp_step(world, ECP_R(0.01), &o, &r) == ECP_OK);
+    CHECK(r.asleep == 1);
+    ecp_body_get_state(world, 1, x, NULL, v, w);
+    for (i = 0; i < 3; i++) CHECK(v[i] == 0 && w[i] == 0);
+    CHECK_NEAR((double)x[0] * sin(down) + (double)x[2] * cos(down), 0.1, test_by(1e-15, 1e-7));
+    CHECK_NEAR(x[1], 0, test_by(1e-15, 1e-7));
+    free(world);
+}
+
 /* at rest without gravity, without any patch; and no sleep in free flight or free spin */
 static void test_sleep_space(void)
 {
@@ -482,5 +509,6 @@ static void test_sleep(void)
     test_sleep_substeps();
     test_sleep_random();
     test_sleep_contacts();
+    test_sleep_incline();
     test_sleep_space();
 }

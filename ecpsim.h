@@ -5157,7 +5157,8 @@ typedef struct ecp_i_island {
 /* Velocities that move a body within a step by less than the rounding error of a gap between two
    bodies, or than `tiny` lengths, can not be told from zero. (A half-space's gap is known to its
    increments. But where several gaps are to be closed at once, their rounding errors contradict each
-   other and what sticks: the jitter that the other rows of the patch are granted.) */
+   other and what sticks: the jitter that the other rows of the patch are granted, those of friction as
+   far as the projection passes it on.) */
 static void ecp_i_pair_noise(const ecp_i_pair *c, ecp_real h, ecp_real tiny)
 {
     ecp_real noise = (c->d_noise + tiny * c->L) / h, jitter = c->d_noise / h;
@@ -5214,6 +5215,7 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real re
         if (ecp_i_moves_b(c)) jitter = ecp_i_max(jitter, c->mb->jitter);
         geometry = jitter * s->h / c->L;
         friction = jitter / c->V;
+        if (c->nf > 0 && c->z_norm > c->radius) friction *= c->radius / c->z_norm;
         for (r = 0; r < normal; r++) {
             ecp_i_worst(&worst, ecp_i_abs(row[r]) - geometry - c->n_noise);
         }
@@ -5501,10 +5503,16 @@ static ecp_real ecp_i_content(ecp_real tolerance)
 
 /* Compliances in the units of the rows: the first one that is tried, the largest, what a stride needs at
    least, and what is none. */
+#ifdef ECPSIM_FLOAT
+#define ECP_I_FIRST_COMPLIANCE ECP_R(1e-2)
+#define ECP_I_STRIDE_COMPLIANCE ECP_R(1e-4)
+#define ECP_I_NO_COMPLIANCE ECP_R(1e-4)
+#else
 #define ECP_I_FIRST_COMPLIANCE ECP_R(1e-3)
-#define ECP_I_MOST_COMPLIANCE ECP_R(10.0)
 #define ECP_I_STRIDE_COMPLIANCE ECP_R(1e-6)
 #define ECP_I_NO_COMPLIANCE ECP_R(1e-7)
+#endif
+#define ECP_I_MOST_COMPLIANCE ECP_R(10.0)
 
 /* how much dearer the iterations of a damped search are in the limit: it may take as many times more */
 #define ECP_I_DAMPED_LIMIT 4

@@ -14,10 +14,11 @@
        >>shapes-api   primitives               >>motion       a body within a step
        >>world-api    memory, bodies, loads    >>equations    residual and Jacobian of a patch
        >>step-api     options, step, contacts  >>elimination  one Newton step of an island
-       >>check-api    the paper's equations    >>newton       the globalisation, the general solver
-       >>mcp-api      general solver           >>distance     starts without a history
-                                               >>step         predict, solve, verify, commit
+       >>advance-api  to a time, in tolerance  >>newton       the globalisation, the general solver
+       >>check-api    the paper's equations    >>distance     starts without a history
+       >>mcp-api      general solver           >>step         predict, solve, verify, commit
                                                >>sleep        islands that repeat their last step
+                                               >>advance      extrapolation, events
                                                >>dump         a step as C source
                                                >>printed      the paper's equations, as a check
 
@@ -90,6 +91,18 @@
        ECPSIM_MEMCPY, ECPSIM_MEMSET   instead of <string.h>, both or none
        ECPSIM_ASSERT(x) instead of assert; guards against the library's own errors only
 
+   A TIME WITHIN A TOLERANCE
+   A step is first order: ten times the work for a digit. ecp_advance() reaches a time within a
+   tolerance and chooses its steps and their order by itself, up to twelve; it finds landings, stops
+   and other changes of the contacts where they happen. The world needs memory for it
+   (examples/advance.c, docs/advance.md; a program that does not name it does not have it):
+
+       desc.advance_order = 8;
+       ...
+       advance = ecp_advance_options_default();
+       advance.tolerance = 1e-9;
+       status = ecp_advance(world, 5, &advance, &report); // 5 s
+
    WHAT A PROGRAM DOES NOT NEED
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
@@ -161,7 +174,7 @@
    x86-64, 32-bit x86 with SSE2, ARM under qemu and WebAssembly.
 
    LIMITS
-   First order in h, like every time-stepping scheme of this kind; impacts do not bounce. Two thin bodies
+   A step is first order in h, like every time-stepping scheme of this kind; impacts do not bounce. Two thin bodies
    that pass each other entirely within one step are not seen. A cone's tip is a disc of 1e-5
    of its size. With several contacts the impulses are one solution of many. Where a body turns far
    within a step its gyroscopic moment is taken at the end of the step, not at the beginning.
@@ -261,6 +274,8 @@ typedef double ecp_real;
 #define ecp_guess_ecp ecp_f32_guess_ecp
 #define ecp_contact_count ecp_f32_contact_count
 #define ecp_contact_get ecp_f32_contact_get
+#define ecp_advance_options_default ecp_f32_advance_options_default
+#define ecp_advance ecp_f32_advance
 #define ecp_dump ecp_f32_dump
 #define ecp_printed_residual ecp_f32_printed_residual
 #define ecp_translation_step ecp_f32_translation_step
@@ -293,7 +308,8 @@ typedef double ecp_real;
     X(ECP_BAD_OPTION, -16, "an option or a description field is outside its range")                \
     X(ECP_MEMORY_SMALL, -17, "the memory block is smaller than the memsize function says")         \
     X(ECP_MEMORY_ALIGN, -18, "the memory block is not aligned to 8 bytes")                         \
-    X(ECP_CAPACITY, -19, "a capacity of the description or the buffer is used up")
+    X(ECP_CAPACITY, -19, "a capacity of the description or the buffer is used up")                 \
+    X(ECP_TOLERANCE, -20, "the tolerance is below what rounding leaves")
 
 typedef enum ecp_status {
 #define ECP_I_ENUM(name, value, text) name = value,
@@ -564,6 +580,7 @@ typedef struct ecp_world_desc {
     int max_inequalities; /* of the two primitives of one patch together; a box has 6 */
     ecp_real gravity[3];  /* m/s^2, world frame */
     size_t solver_bytes;  /* work memory for the elimination; 0: ecp_world_memsize() estimates it */
+    int advance_order; /* the highest order of ecp_advance, 2 to 12, and memory for it; 0: none */
 } ecp_world_desc;
 
 /* 8 bodies, 32 shapes, 16 patches of up to 12 inequalities, gravity (0, 0, -9.8). Most of it is work
@@ -803,6 +820,67 @@ ECP_DEF ecp_status ecp_contact_get(const ecp_world *world, int index, ecp_contac
    The world is only read. */
 ECP_DEF ecp_status ecp_dump(const ecp_world *world, ecp_real h, const ecp_options *options,
                             void (*write)(void *user, const char *text), void *user);
+
+/* >>advance-api =========================================================================== */
+
+/* A step is first order: its error falls in proportion to the work. ecp_advance() reaches a time
+   within a tolerance, by extrapolation of base steps (those of ecp_step) over macro steps whose
+   length and order it chooses, and locates what happens in between: landings, lift-offs, slip that
+   stops or begins or turns round, faces that become edges (docs/advance.md). It works in the world's
+   own memory, if ecp_world_desc.advance_order asks for it. */
+
+/* Called before every base step with the world in its state there, and the time at the step's end:
+   applies the loads (ecp_body_apply_force, ecp_body_apply_torque), and sets the velocities of
+   kinematic bodies. It must be a function of both alone, as base steps are repeated. */
+typedef void (*ecp_load)(void *user, ecp_world *world, ecp_real time);
+
+typedef struct ecp_advance_options {
+    ecp_real tolerance;  /* what the error of one macro step may be: in positions and turns
+                            tolerance times L = sqrt(trace I / mass) of the body, and tolerance
+                            (rad); in velocities tolerance times the largest of |v|, L |w| and
+                            sqrt(|g| L) */
+    ecp_real macro_step; /* 0: chosen. Else this pace is kept (the last one is shorter), with
+                            `order` and without a look at the tolerance, s */
+    int order;           /* the highest, from 2 to ecp_world_desc.advance_order; 0: that one */
+    int max_solves;      /* base steps, after which it fails with ECP_NOT_SOLVED; 0: no limit */
+    ecp_real time;       /* at the beginning, for `load`, s */
+    ecp_load load;       /* or NULL */
+    void *load_user;
+    const ecp_options *step; /* of the base steps, or NULL */
+} ecp_advance_options;
+
+/* 1e-6 (float: 1e-3), all chosen, no callback. */
+ECP_DEF ecp_advance_options ecp_advance_options_default(void);
+
+typedef struct ecp_advance_report {
+    ecp_status status;
+    ecp_real reached; /* s from the beginning, also of a call that failed */
+    int macro_steps;  /* accepted */
+    int rejected;     /* and begun in vain */
+    int solves;       /* base steps, all */
+    int events;       /* changes of the contacts that were passed */
+    int first_order;  /* macro steps that were passed at first order, as a change lies in them */
+    int forced;       /* of these, not within the tolerance: events too dense to be told apart,
+                            or a base step that only the fallbacks of ecp_step solve */
+    int highest_order;
+    ecp_real shortest; /* macro step, s */
+    ecp_real error;    /* the largest estimate of an accepted macro step, in tolerances */
+    ecp_real
+        projection;  /* the largest gap or overlap that extrapolation left and that was closed, m */
+    ecp_report step; /* of the last base step */
+} ecp_advance_report;
+
+/* Advances the world by `duration` seconds (0 or more). options and report may be NULL. Forces that
+   were applied before the call act throughout, impulses at its beginning; both are then cleared.
+   Contacts are afterwards those of the last base step (their impulses belong to its length), with the
+   gaps and points of the pose that was reached. A world at rest costs nothing, however long.
+
+   On any status but ECP_OK the whole block is bit for bit as it was: ECP_CAPACITY where the
+   description has not this order, ECP_TOLERANCE where the tolerance is below what rounding leaves (16
+   times that of the base steps, or 64 rounding units of the distance from the origin over L),
+   ECP_BAD_STEP for a negative duration, ECP_BAD_OPTION, ECP_NOT_FINITE, and those of ecp_step. */
+ECP_DEF ecp_status ecp_advance(ecp_world *world, ecp_real duration,
+                               const ecp_advance_options *options, ecp_advance_report *report);
 
 /* >>check-api ============================================================================= */
 
@@ -2870,6 +2948,7 @@ struct ecp_world {
     int lowest_body, lowest_shape; /* no index below is free */
     ecp_real last_h;               /* of the last step, for which the patches' impulses are */
     ecp_i_asked asked;             /* of the last step, zero if that knew no sleep */
+    int printed_moment;            /* within ecp_advance: the gyroscopic moment is always p_vp's */
     size_t bodies_at, parts_at, patches_at, multipliers_at, state_bytes, bytes;
 };
 
@@ -3012,6 +3091,7 @@ ECP_DEF ecp_world_desc ecp_world_desc_default(void)
     d.max_inequalities = 12;
     ecp_i_set3(0, 0, ECP_R(-9.8), d.gravity);
     d.solver_bytes = 0;
+    d.advance_order = 0;
     return d;
 }
 
@@ -3583,7 +3663,7 @@ static void ecp_i_gyroscopic(const ecp_real inertia[9], const ecp_real w[3], ecp
    zero before. */
 static void ecp_i_predict(const ecp_world *w, const ecp_i_body *b, ecp_real h, ecp_i_motion *m)
 {
-    ecp_real none[6], gyro[3];
+    ecp_real none[6], gyro[3], spin[3];
     int k;
     ECPSIM_MEMSET(none, 0, sizeof none);
     m->body = b;
@@ -3594,7 +3674,12 @@ static void ecp_i_predict(const ecp_world *w, const ecp_i_body *b, ecp_real h, e
         m->mass = b->mass;
         m->length = b->length;
         ecp_i_congruence(m->R0, b->inertia, m->inertia);
-        ecp_i_gyroscopic(m->inertia, b->v + 3, h, gyro);
+        if (w->printed_moment) {
+            ecp_i_mul(m->inertia, b->v + 3, spin);
+            ecp_i_cross(b->v + 3, spin, gyro);
+        } else {
+            ecp_i_gyroscopic(m->inertia, b->v + 3, h, gyro);
+        }
         for (k = 0; k < 3; k++) {
             m->kick[k] = h * (b->mass * w->desc.gravity[k] + b->force[k]) + b->impulse[k];
             m->kick[3 + k] = h * (b->force[3 + k] - gyro[k]) + b->impulse[3 + k];
@@ -6883,6 +6968,58 @@ static size_t ecp_i_tree_reals(const ecp_world_desc *d)
            front * (7 + u) + (6 + u) * (7 + u) + (n + 1) * 2 * u * (u + 1); /* stack */
 }
 
+/* of ecp_advance */
+#define ECP_I_MAX_ORDER 12
+
+/* what a patch that carries does in one base step */
+typedef struct ecp_i_phase {
+    int shape_a, shape_b;
+    ecp_mode mode;
+    uint64_t faces[2];        /* which multipliers are on, of A and of B (beyond 64: folded) */
+    ecp_real a[3], N[3];      /* the ECP in the frame of A; the normal */
+    ecp_real friction[4];     /* the direction of friction, weighed by e */
+    ecp_real p_n[2], y[2];    /* normal impulse, and friction over mu: the first base steps of the
+                              first two columns */
+    ecp_real h, mu, weigh[3]; /* weigh: 1 / e, to make p_t, p_o, p_r comparable */
+    ecp_real margin[3], rate[3]; /* how far the load is from zero, friction from its limit, the ECP
+                                    from a face's rim, and their rates of change */
+} ecp_i_phase;
+
+typedef struct ecp_i_advance {
+    ecp_world *w;
+    ecp_advance_options o;
+    ecp_options step;
+    ecp_advance_report *r;
+    size_t bytes;                 /* of all this, at the end of the block */
+    unsigned char *first, *saved; /* the state at the beginning, of all and of the macro step */
+    ecp_real *rows;            /* of the tableau: 12 reals for each body, and 7 for each patch that
+                                     carries: forces of the last base step, and the ECP */
+    int row;                   /* reals in a row */
+    ecp_real *rate, *rate_now; /* dv / h in the last base step of the last macro step, and of this
+                                     one; 6 reals for each body */
+    ecp_real *values;          /* f, and 3 reals of gradient, of one primitive */
+    ecp_i_phase *last, *now, *here; /* of the last base step so far, of this macro step, of one */
+    int last_count, now_count;
+    ecp_real t, H;
+    int last_base;     /* phases of `last` are known */
+    int changed;       /* the phases are not the same in all base steps */
+    int brief;         /* something changes at the beginning that only a brief macro step shows */
+    int impact;        /* and something, without a trace in the forces, that need not be brief */
+    ecp_real nearest;  /* how long until what is not yet so at the beginning, about */
+    ecp_i_phase ahead; /* and which phase that is, from a macro step that was too long */
+    int looking;       /* `ahead` means something */
+} ecp_i_advance;
+
+/* the bytes of all that: two states and the arrays, each rounded up */
+static size_t ecp_i_advance_bytes(const ecp_world *w)
+{
+    const ecp_world_desc *d = &w->desc;
+    size_t bodies = (size_t)d->max_bodies, patches = (size_t)d->max_patches;
+    size_t row = 12 * bodies + 7 * patches;
+    size_t reals = row * (size_t)d->advance_order + 12 * bodies + 4 * (size_t)d->max_inequalities;
+    return 2 * w->state_bytes + reals * sizeof(ecp_real) + 3 * patches * sizeof(ecp_i_phase) + 64;
+}
+
 static void ecp_i_carve_world(ecp_i_arena *arena, ecp_world *w)
 {
     const ecp_world_desc *d = &w->desc;
@@ -6907,6 +7044,7 @@ static void ecp_i_carve_world(ecp_i_arena *arena, ecp_world *w)
         ecp_i_take(arena, d->solver_bytes, 1);
     else
         ecp_i_take(arena, reals, sizeof(ecp_real));
+    if (d->advance_order > 0) ecp_i_take(arena, ecp_i_advance_bytes(w), 1);
     w->bytes = arena->used;
 }
 
@@ -6914,7 +7052,9 @@ static int ecp_i_desc_ok(const ecp_world_desc *d)
 {
     return d->max_bodies >= 1 && d->max_bodies <= 4096 && d->max_shapes >= 1 &&
            d->max_shapes <= 100000 && d->max_patches >= 1 && d->max_patches <= 100000 &&
-           d->max_inequalities >= 1 && d->max_inequalities <= 1000;
+           d->max_inequalities >= 1 && d->max_inequalities <= 1000 &&
+           (d->advance_order == 0 ||
+            (d->advance_order >= 2 && d->advance_order <= ECP_I_MAX_ORDER));
 }
 
 ECP_DEF size_t ecp_world_memsize(const ecp_world_desc *desc)
@@ -6946,6 +7086,7 @@ ECP_DEF ecp_status ecp_world_init(ecp_world **world, const ecp_world_desc *desc,
     w->desc.max_patches = desc->max_patches;
     w->desc.max_inequalities = desc->max_inequalities;
     w->desc.solver_bytes = desc->solver_bytes;
+    w->desc.advance_order = desc->advance_order;
     ecp_i_copy3(desc->gravity, w->desc.gravity);
     ecp_i_carve_world(&arena, w);
     *world = w;
@@ -8099,10 +8240,10 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
    that the instant that makes trouble is passed in a short one; only the shortest take the dearer
    fallbacks. Forces act in all of them, impulses in the first. The state before is kept at the end of the block. */
 static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_options *o,
-                                      ecp_report *r)
+                                      size_t spare, ecp_report *r)
 {
     unsigned char *block = (unsigned char *)world,
-                  *saved = block + world->bytes - world->state_bytes;
+                  *saved = block + world->bytes - spare - world->state_bytes;
     size_t bytes = world->state_bytes;
     const ecp_i_body *before = (const ecp_i_body *)(void *)(saved + world->bodies_at);
     ecp_real rest = 1, part = ECP_R(0.5);
@@ -8114,7 +8255,8 @@ static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_op
     r->fallbacks |= ECP_FALLBACK_SUBSTEPS;
     r->substeps = 0;
     while (rest > 0) {
-        status = ecp_i_step_once(world, h * part, part > ECP_I_SHORT ? &quick : o, bytes, r);
+        status =
+            ecp_i_step_once(world, h * part, part > ECP_I_SHORT ? &quick : o, bytes + spare, r);
         if (status == ECP_OK) {
             rest -= part;
             part = ecp_i_min(2 * part, rest);
@@ -8157,7 +8299,7 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
         status = ecp_i_step_once(world, h, &o, 0, &r);
         if (status == ECP_NOT_SOLVED && ecp_i_may(&o, ECP_FALLBACK_SUBSTEPS) &&
             ecp_i_effort_after(&o, r.iterations).most > 0) {
-            status = ecp_i_step_by_parts(world, h, &o, &r);
+            status = ecp_i_step_by_parts(world, h, &o, 0, &r);
         }
     }
     if (status == ECP_OK) {
@@ -8234,6 +8376,1311 @@ ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
     ecp_i_sub(point, x, rel);
     ecp_i_mul_t(R, rel, p->a);
     return ECP_OK;
+}
+
+/* >>advance ===============================================================================
+   A macro step of the length H is done by 1, 2, .., K base steps, K times from the same state. While
+   the contacts stay as they are the results differ by a series in powers of the base step, and
+   Aitken-Neville takes K - 1 terms off (T_KK). Extrapolated are the changes over the macro step:
+   displacement, the Cayley vector of the turn, velocity. What contacts do (their phase: which patches
+   carry, stick or slip, on which faces) is compared over all base steps, and with what the state at
+   the beginning allows, because error estimates are blind where all columns change alike. */
+
+static void ecp_i_carve_advance(ecp_i_arena *arena, const ecp_world *w, ecp_i_advance *a)
+{
+    const ecp_world_desc *d = &w->desc;
+    a->first = (unsigned char *)ecp_i_take(arena, w->state_bytes, 1);
+    a->saved = (unsigned char *)ecp_i_take(arena, w->state_bytes, 1);
+    a->row = 12 * d->max_bodies + 7 * d->max_patches;
+    a->rows = ecp_i_take_reals(arena, d->advance_order, a->row);
+    a->rate = ecp_i_take_reals(arena, 6, d->max_bodies);
+    a->rate_now = ecp_i_take_reals(arena, 6, d->max_bodies);
+    a->values = ecp_i_take_reals(arena, 4, d->max_inequalities);
+    a->last = (ecp_i_phase *)ecp_i_take(arena, (size_t)d->max_patches, sizeof(ecp_i_phase));
+    a->now = (ecp_i_phase *)ecp_i_take(arena, (size_t)d->max_patches, sizeof(ecp_i_phase));
+    a->here = (ecp_i_phase *)ecp_i_take(arena, (size_t)d->max_patches, sizeof(ecp_i_phase));
+}
+
+/* the state at the beginning of the macro step, or of all, as a world to be read */
+static const ecp_world *ecp_i_snapshot(const unsigned char *saved)
+{
+    return (const ecp_world *)(const void *)saved;
+}
+
+/* ---- phases */
+
+/* which of the multipliers are on: f at the ECP, beside them */
+static uint64_t ecp_i_faces(const ecp_i_advance *a, const ecp_shape *shape, ecp_real length,
+                            const ecp_real x[3], const ecp_real *l)
+{
+    uint64_t faces = 0;
+    int i;
+    shape->cls->eval(shape, x, a->values, NULL);
+    for (i = 0; i < shape->inequalities; i++) {
+        if (l[i] > -a->values[i] / length) faces |= (uint64_t)1 << (i % 64);
+    }
+    return faces;
+}
+
+/* where a primitive is, relative to `origin` */
+static void ecp_i_pose_of(const ecp_world *w, int shape, const ecp_real origin[3], ecp_i_posed *p)
+{
+    const ecp_i_part *part = ecp_i_parts(w) + shape;
+    const ecp_i_body *b = ecp_i_bodies(w) + part->body;
+    ecp_real R[9], x[3];
+    ecp_quat_to_matrix(b->q, R);
+    p->shape = &part->shape;
+    ecp_i_matmul(R, part->rotation, p->Q);
+    ecp_i_mul(R, part->position, p->x);
+    ecp_i_sub(b->x, origin, x);
+    ecp_i_axpy(x, 1, b->x_carry, x);
+    ecp_i_axpy(p->x, 1, x, p->x);
+}
+
+static const ecp_i_body *ecp_i_body_of(const ecp_world *w, int shape)
+{
+    return ecp_i_bodies(w) + ecp_i_parts(w)[shape].body;
+}
+
+/* Lists what the patches that carry do. */
+static int ecp_i_phases(const ecp_i_advance *a, ecp_i_phase *list)
+{
+    const ecp_world *w = a->w;
+    const ecp_i_part *parts = ecp_i_parts(w);
+    int i, count = 0;
+    for (i = 0; i < w->patches; i++) {
+        const ecp_i_patch *p = ecp_i_patches(w) + i;
+        const ecp_contact *c = &p->contact;
+        const ecp_shape *sa = &parts[c->shape_a].shape, *sb = &parts[c->shape_b].shape;
+        const ecp_real *l = ecp_i_multipliers(w, i);
+        ecp_i_phase *f = list + count;
+        ecp_real size;
+        if (p->guess || c->mode == ECP_APART) continue;
+        count++;
+        ECPSIM_MEMSET(f, 0, sizeof *f);
+        f->shape_a = c->shape_a;
+        f->shape_b = c->shape_b;
+        f->mode = c->mode;
+        ecp_i_copy3(p->a, f->a);
+        ecp_i_copy3(c->normal, f->N);
+        f->faces[0] = ecp_i_faces(a, sa, ecp_i_body_of(w, c->shape_a)->length, p->a, l);
+        if (sb->kind != ECP_HALF_SPACE) {
+            ecp_real x[3], b[3];
+            ecp_i_posed B;
+            ecp_i_pose_of(w, c->shape_b, c->point_b, &B);
+            ecp_i_scale(-1, B.x, x);
+            ecp_i_mul_t(B.Q, x, b);
+            f->faces[1] =
+                ecp_i_faces(a, sb, ecp_i_body_of(w, c->shape_a)->length, b, l + sa->inequalities);
+        }
+        ecp_i_scale(c->p_t / (c->e_t * c->e_t), c->direction_t, f->friction);
+        ecp_i_axpy(f->friction, c->p_o / (c->e_o * c->e_o), c->direction_o, f->friction);
+        if (c->e_r > 0) f->friction[3] = c->p_r / c->e_r;
+        f->p_n[0] = c->p_n;
+        size = c->p_t * c->p_t / (c->e_t * c->e_t) + c->p_o * c->p_o / (c->e_o * c->e_o) +
+               f->friction[3] * f->friction[3];
+        f->mu = c->mu;
+        f->h = w->last_h;
+        ecp_i_set3(1 / c->e_t, 1 / c->e_o, c->e_r > 0 ? 1 / c->e_r : ECP_R(0), f->weigh);
+        f->y[0] = c->mu > 0 ? ecp_i_sqrt(size) / c->mu : ECP_R(0);
+    }
+    return count;
+}
+
+static int ecp_i_same_pair(const ecp_i_phase *f, const ecp_i_phase *g)
+{
+    return f->shape_a == g->shape_a && f->shape_b == g->shape_b;
+}
+
+static const ecp_i_phase *ecp_i_find_phase(const ecp_i_phase *list, int count, const ecp_i_phase *f)
+{
+    int i;
+    for (i = 0; i < count; i++) {
+        if (ecp_i_same_pair(list + i, f)) return list + i;
+    }
+    return NULL;
+}
+
+static int ecp_i_same_faces(const ecp_i_phase *f, const ecp_i_phase *g)
+{
+    return f->faces[0] == g->faces[0] && f->faces[1] == g->faces[1];
+}
+
+/* has friction turned round? */
+static int ecp_i_reversed(const ecp_i_phase *f, const ecp_i_phase *g)
+{
+    return f->mode == ECP_SLIP && g->mode == ECP_SLIP &&
+           ecp_i_dot(f->friction, g->friction) + f->friction[3] * g->friction[3] < 0;
+}
+
+/* ---- what the state at the beginning says to a phase */
+
+/* the velocity of A over B at the point r (from A's centre of mass) at the beginning */
+static void ecp_i_slip_at(const ecp_real *va, const ecp_real *vb, const ecp_real r[3],
+                          const ecp_real apart[3], ecp_real v[3])
+{
+    ecp_real rb[3], carried[3];
+    ecp_i_axpy(apart, 1, r, rb);
+    ecp_i_sub(va, vb, v);
+    ecp_i_add_cross(va + 3, r, v);
+    ecp_i_cross(rb, vb + 3, carried);
+    ecp_i_axpy(v, 1, carried, v);
+}
+
+/* How far the unit vector n (in the primitive's frame) is from the cone of the gradients, at x, of
+   the faces that are on: zero if the patch can be what it is at this pose. */
+static ecp_real ecp_i_cone_miss(const ecp_i_advance *a, const ecp_shape *shape, const ecp_real x[3],
+                                uint64_t faces, const ecp_real n[3])
+{
+    ecp_real *f = a->values, *g = f + shape->inequalities, rest[3], size = 1;
+    int i, k, sweep;
+    shape->cls->eval(shape, x, f, g);
+    ecp_i_copy3(n, rest);
+    /* coordinate descent on the multipliers, which take the place of f */
+    for (i = 0; i < shape->inequalities; i++) f[i] = 0;
+    for (sweep = 0; sweep < 100; sweep++) {
+        ecp_real before = size;
+        for (i = 0; i < shape->inequalities; i++) {
+            const ecp_real *gi = g + 3 * i;
+            ecp_real next, gg = ecp_i_dot(gi, gi);
+            if (!(faces >> (i % 64) & 1) || !(gg > 0)) continue;
+            next = ecp_i_max(0, f[i] + ecp_i_dot(gi, rest) / gg);
+            for (k = 0; k < 3; k++) rest[k] += (f[i] - next) * gi[k];
+            f[i] = next;
+        }
+        size = ecp_i_norm(rest);
+        if (!(size < before * ECP_R(0.999))) break;
+    }
+    return size;
+}
+
+static ecp_real ecp_i_speed_scale(const ecp_i_advance *a, const ecp_i_body *b)
+{
+    ecp_real s = ecp_i_sqrt(ecp_i_norm(a->w->desc.gravity) * b->length);
+    s = ecp_i_max(s, ecp_i_norm(b->v));
+    return ecp_i_max(s, b->length * ecp_i_norm(b->v + 3));
+}
+
+/* the time in which d is gone at the speed v that grows by acc, also in one base step; noted if it is
+   the shortest */
+static void ecp_i_note_time(ecp_i_advance *a, const ecp_i_phase *f, ecp_real d, ecp_real v,
+                            ecp_real acc)
+{
+    ecp_real root = ecp_i_sqrt(v * v + 4 * ecp_i_abs(acc) * d), time;
+    if (!(v + root > 0)) return;
+    time = 2 * d / (v + root);
+    if (!(time < a->nearest)) return;
+    a->nearest = time;
+    a->looking = 1;
+    if (f != &a->ahead) ECPSIM_MEMCPY(&a->ahead, f, sizeof *f);
+}
+
+/* Can the patch be in this phase at the beginning of the macro step? Returns 1 if its geometry can:
+   no gap, no tilt. Otherwise the time until then is noted. */
+static int ecp_i_phase_fits(ecp_i_advance *a, const ecp_i_phase *f)
+{
+    const ecp_world *w = ecp_i_snapshot(a->saved);
+    const ecp_i_body *ba = ecp_i_body_of(w, f->shape_a), *bb = ecp_i_body_of(w, f->shape_b);
+    const ecp_real *ra = a->rate + 6 * (ba - ecp_i_bodies(w)),
+                   *rb = a->rate + 6 * (bb - ecp_i_bodies(w));
+    ecp_real at_a[3], at_b[3], n[3], local[3], v[3], apart[3], gap, tilt, spin[3], acc;
+    ecp_real limit = a->o.tolerance * (ba->kind == ECP_DYNAMIC ? ba->length : bb->length);
+    ecp_i_posed A, B;
+    int fits = 1;
+    ecp_i_pose_of(w, f->shape_a, ba->x, &A);
+    ecp_i_pose_of(w, f->shape_b, ba->x, &B);
+    if (B.shape->kind == ECP_HALF_SPACE) {
+        gap = ecp_i_plane_gap(&A, &B, 0, n, at_a);
+    } else {
+        ecp_i_scale(-1, f->N, n);
+        gap = ecp_i_distance(&A, &B, at_a, at_b, n);
+        if (gap > 0) gap = ecp_i_max(gap * ECP_R(0.999), ecp_i_separation(&A, &B, n));
+    }
+    ecp_i_sub(ba->x, bb->x, apart);
+    ecp_i_slip_at(ba->v, bb->v, at_a, apart, v);
+    ecp_i_sub(ba->v + 3, bb->v + 3, spin);
+    if (gap > limit) {
+        /* at the speed of approach, which weight, turning and the last rate of change can raise */
+        acc = ecp_i_norm(w->desc.gravity) + ecp_i_norm(ra) + ecp_i_norm(rb) +
+              (ecp_i_norm(ra + 3) + ecp_i_dot(ba->v + 3, ba->v + 3)) * ecp_i_norm(at_a);
+        ecp_i_note_time(a, f, gap, ecp_i_dot(n, v), acc);
+        fits = 0;
+    }
+    ecp_i_mul_t(A.Q, n, local);
+    tilt = ecp_i_cone_miss(a, A.shape, f->a, f->faces[0], local);
+    if (tilt * A.shape->radius > limit && A.shape->inequalities > 1) {
+        ecp_real turn = ecp_i_norm(spin);
+        ecp_i_note_time(a, f, tilt, turn, ECP_R(1.5) * (ecp_i_norm(ra + 3) + ecp_i_norm(rb + 3)));
+        fits = 0;
+    }
+    return fits;
+}
+
+/* Does the patch stick from the beginning because nothing slips there, or because the normal impulse
+   of an impact lets it (the part of it that does not shrink with the base step)? */
+static int ecp_i_stick_fits(ecp_i_advance *a, const ecp_i_phase *f)
+{
+    const ecp_world *w = ecp_i_snapshot(a->saved);
+    const ecp_i_body *ba = ecp_i_body_of(w, f->shape_a), *bb = ecp_i_body_of(w, f->shape_b);
+    const ecp_real *ra = a->rate + 6 * (ba - ecp_i_bodies(w)),
+                   *rb = a->rate + 6 * (bb - ecp_i_bodies(w));
+    const ecp_i_body *b;
+    ecp_real at[3], n[3], v[3], slow[3], apart[3], size, closing, turn, impulse;
+    ecp_i_posed A, B;
+    ecp_i_pose_of(w, f->shape_a, ba->x, &A);
+    ecp_i_pose_of(w, f->shape_b, ba->x, &B);
+    if (B.shape->kind == ECP_HALF_SPACE) {
+        ecp_i_plane_gap(&A, &B, 0, n, at);
+    } else {
+        ecp_i_mul(A.Q, f->a, at);
+        ecp_i_axpy(at, 1, A.x, at);
+    }
+    ecp_i_sub(ba->x, bb->x, apart);
+    ecp_i_slip_at(ba->v, bb->v, at, apart, v);
+    ecp_i_slip_at(ra, rb, at, apart, slow);
+    ecp_i_axpy(v, -ecp_i_dot(v, f->N), f->N, v);
+    ecp_i_axpy(slow, -ecp_i_dot(slow, f->N), f->N, slow);
+    b = ba->kind == ECP_DYNAMIC ? ba : bb;
+    size = ecp_i_dot(v, v);
+    closing = -ecp_i_dot(v, slow);
+    if (f->weigh[2] > 0) {
+        /* torsion stops the spin as well */
+        turn = ecp_i_dot(f->N, ba->v + 3) - ecp_i_dot(f->N, bb->v + 3);
+        size += b->length * turn * b->length * turn;
+        closing -=
+            b->length * turn * b->length * (ecp_i_dot(f->N, ra + 3) - ecp_i_dot(f->N, rb + 3));
+    }
+    size = ecp_i_sqrt(size);
+    if (size <= a->o.tolerance * ecp_i_speed_scale(a, b)) return 1;
+    impulse = 2 * f->p_n[1] - f->p_n[0];
+    if (f->y[1] < ECP_R(0.98) * impulse) return 1;
+    /* until it stops, or nearly so */
+    if (closing > 0) {
+        ecp_real time = size * size / closing;
+        time *= time > a->H / 8 ? ECP_R(0.98) : ECP_R(0.999);
+        if (time < a->nearest) {
+            a->nearest = time;
+            a->looking = 1;
+            if (f != &a->ahead) ECPSIM_MEMCPY(&a->ahead, f, sizeof *f);
+            a->ahead.mode = ECP_STICK;
+        }
+    }
+    return 0;
+}
+
+/* does the patch slip at the beginning, against the friction that it is to have? */
+static int ecp_i_slip_fits(const ecp_i_advance *a, const ecp_i_phase *f)
+{
+    const ecp_world *w = ecp_i_snapshot(a->saved);
+    const ecp_i_body *ba = ecp_i_body_of(w, f->shape_a), *bb = ecp_i_body_of(w, f->shape_b);
+    ecp_real at[3], v[3], apart[3], spin[3], along, size;
+    ecp_i_posed A;
+    ecp_i_pose_of(w, f->shape_a, ba->x, &A);
+    ecp_i_mul(A.Q, f->a, at);
+    ecp_i_axpy(at, 1, A.x, at);
+    ecp_i_sub(ba->x, bb->x, apart);
+    ecp_i_slip_at(ba->v, bb->v, at, apart, v);
+    ecp_i_axpy(v, -ecp_i_dot(v, f->N), f->N, v);
+    ecp_i_sub(ba->v + 3, bb->v + 3, spin);
+    along = ecp_i_dot(f->friction, v) + f->friction[3] * ecp_i_dot(f->N, spin);
+    size = ecp_i_max(ecp_i_norm(v), ba->length * ecp_i_abs(ecp_i_dot(f->N, spin)));
+    if (f->y[0] == 0) return 1; /* no friction, no stick */
+    return along < 0 &&
+           size > a->o.tolerance * ecp_i_speed_scale(a, ba->kind == ECP_DYNAMIC ? ba : bb);
+}
+
+/* A phase is over, without a jump. Either it ends where the macro step begins, and that must be a
+   brief one to show it; or, where there still is a margin, later. */
+static void ecp_i_gone(ecp_i_advance *a, int later)
+{
+    if (later)
+        a->changed = 1;
+    else
+        a->brief = 1;
+}
+
+/* Compares the phases of the macro step, which are the same in all base steps, with those before and
+   with the state at its beginning. */
+static void ecp_i_check_beginning(ecp_i_advance *a)
+{
+    ecp_real load = 0, few = ECP_R(1e-4);
+    int i;
+    for (i = 0; i < a->last_count; i++) load = ecp_i_max(load, a->last[i].margin[0]);
+    for (i = 0; i < a->now_count; i++) {
+        const ecp_i_phase *f = a->now + i;
+        const ecp_i_phase *before = ecp_i_find_phase(a->last, a->last_count, f);
+        int known = before && ecp_i_same_faces(before, f);
+        if (!known) {
+            a->impact = 1;
+            if (!ecp_i_phase_fits(a, f)) a->changed = 1;
+            /* a face that turns into an edge does so without a jump */
+            if (before && (before->faces[0] & ~f->faces[0]) == 0 &&
+                (before->faces[1] & ~f->faces[1]) == 0) {
+                ecp_i_gone(a, before->margin[2] > few * ecp_i_parts(a->w)[f->shape_a].shape.radius);
+            }
+        }
+        if (f->mode == ECP_STICK) {
+            if ((!before || before->mode != ECP_STICK) && !ecp_i_stick_fits(a, f)) a->changed = 1;
+            if (before && before->mode != ECP_STICK) a->impact = 1;
+        } else {
+            if (before && before->mode == ECP_SLIP && known) {
+                if (ecp_i_reversed(before, f)) a->brief = 1;
+            } else if (!ecp_i_slip_fits(a, f)) {
+                ecp_i_gone(a, known && before->margin[1] > few * before->mu * load);
+            }
+        }
+    }
+    for (i = 0; i < a->last_count; i++) {
+        if (ecp_i_find_phase(a->now, a->now_count, a->last + i)) continue;
+        ecp_i_gone(a, a->last[i].margin[0] > few * load);
+    }
+}
+
+/* After the base step i of the column j: are the phases those of the first? */
+static void ecp_i_compare_phases(ecp_i_advance *a, int column, int i, ecp_i_phase *list, int count)
+{
+    int k;
+    if (column == 1) return;
+    if (count != a->now_count) a->changed = 1;
+    for (k = 0; k < count && !a->changed; k++) {
+        ecp_i_phase *f = a->now + k, *g = list + k;
+        if (!ecp_i_same_pair(f, g) || !ecp_i_same_faces(f, g) || f->mode != g->mode ||
+            ecp_i_reversed(f, g)) {
+            a->changed = 1;
+            break;
+        }
+        if (column == 2 && i == 0) {
+            f->p_n[1] = g->p_n[0];
+            f->y[1] = g->y[0];
+        }
+    }
+    /* what was not there before: how long until it can be? */
+    for (k = 0; k < count && a->changed; k++) {
+        const ecp_i_phase *g = list + k, *before = ecp_i_find_phase(a->last, a->last_count, g);
+        if (!before || !ecp_i_same_faces(before, g)) ecp_i_phase_fits(a, g);
+        if (before && before->mode == ECP_SLIP &&
+            (g->mode == ECP_STICK || ecp_i_reversed(before, g))) {
+            ecp_i_stick_fits(a, g);
+        }
+    }
+}
+
+/* The margins of a patch that carries these forces, with the ECP there: of the load, of friction that
+   sticks, and of the ECP from the rim; negative where the phase is over. */
+static void ecp_i_margins(const ecp_i_advance *a, const ecp_i_phase *f, const ecp_real row[7],
+                          ecp_real margin[3])
+{
+    const ecp_shape *shape = &ecp_i_parts(a->w)[f->shape_a].shape;
+    ecp_real y[3];
+    int i;
+    for (i = 0; i < 3; i++) y[i] = row[1 + i] * f->weigh[i];
+    margin[0] = row[0];
+    margin[1] = f->mode == ECP_STICK ? f->mu * row[0] - ecp_i_norm(y) : ECP_R(1.0);
+    margin[2] = shape->radius;
+    shape->cls->eval(shape, row + 4, a->values, NULL);
+    for (i = 0; i < shape->inequalities; i++) {
+        if (!(f->faces[0] >> (i % 64) & 1)) margin[2] = ecp_i_min(margin[2], -a->values[i]);
+    }
+}
+
+/* Base steps see the end of a phase late, by a time of the order of their length. The extrapolated
+   forces do not: is the phase over at the end of the macro step for them? */
+static int ecp_i_outlived(ecp_i_advance *a)
+{
+    const ecp_real *row = a->rows + 12 * a->w->bodies;
+    ecp_real load = 0, tiny = ECP_R(1e-6), margin[3];
+    int k, over = 0;
+    for (k = 0; k < a->now_count; k++) load = ecp_i_max(load, row[7 * k]);
+    for (k = 0; k < a->now_count; k++) {
+        const ecp_i_phase *f = a->now + k;
+        ecp_i_margins(a, f, row + 7 * k, margin);
+        over |= margin[0] < -tiny * load;
+        over |= margin[1] < -tiny * f->mu * load;
+        over |= margin[2] < -tiny * ecp_i_parts(a->w)[f->shape_a].shape.radius;
+    }
+    return over;
+}
+
+/* the time in which a margin is gone, at its rate; the shortest of all patches */
+static ecp_real ecp_i_margin_time(const ecp_i_advance *a)
+{
+    ecp_real time = ECP_R(1e30);
+    int k, m;
+    for (k = 0; k < a->last_count; k++) {
+        const ecp_i_phase *f = a->last + k;
+        for (m = 0; m < 3; m++) {
+            if (f->rate[m] < 0 && f->margin[m] > 0)
+                time = ecp_i_min(time, -f->margin[m] / f->rate[m]);
+        }
+    }
+    return time;
+}
+
+/* ---- macro steps */
+
+/* An impulse J on the body b at r from its centre of mass, along the directions d[0..n): the one that
+   makes the velocity v of that point zero in these directions. */
+static void ecp_i_stop_point(ecp_i_body *b, const ecp_real r[3], int n, const ecp_real *d,
+                             const ecp_real v[3])
+{
+    ecp_real R[9], root[9], K[9], x[3], turn[9], arm[3];
+    int piv[3], i, j, k;
+    ecp_quat_to_matrix(b->q, R);
+    ecp_i_congruence(R, b->inertia, root);
+    ecp_chol_factor(3, root, 3);
+    for (i = 0; i < n; i++) {
+        ecp_i_cross(r, d + 3 * i, turn + 3 * i);
+        ecp_chol_solve(3, root, 3, turn + 3 * i);
+        x[i] = -ecp_i_dot(d + 3 * i, v);
+    }
+    for (i = 0; i < n; i++) {
+        ecp_i_cross(r, d + 3 * i, arm);
+        for (j = 0; j < n; j++) {
+            K[3 * i + j] = ecp_i_dot(arm, turn + 3 * j) + ecp_i_dot(d + 3 * i, d + 3 * j) / b->mass;
+        }
+    }
+    if (ecp_lu_factor(n, K, 3, piv)) return;
+    ecp_lu_solve(n, K, 3, piv, x);
+    for (i = 0; i < n; i++) {
+        for (k = 0; k < 3; k++) {
+            ecp_i_add_carried(b->v + k, b->v_carry + k, x[i] * d[3 * i + k] / b->mass);
+            ecp_i_add_carried(b->v + 3 + k, b->v_carry + 3 + k, x[i] * turn[3 * i + k]);
+        }
+    }
+}
+
+/* a body's changes over the macro step: displacement, Cayley vector of the turn, velocity */
+static void ecp_i_changes(const ecp_i_body *b, const ecp_i_body *before, ecp_real row[12])
+{
+    ecp_real back[4], turn[4];
+    int k;
+    for (k = 0; k < 3; k++)
+        row[k] = (b->x[k] - before->x[k]) + (b->x_carry[k] - before->x_carry[k]);
+    back[0] = before->q[0];
+    ecp_i_scale(-1, before->q + 1, back + 1);
+    ecp_quat_multiply(b->q, back, turn);
+    ecp_i_scale(1 / turn[0], turn + 1, row + 3);
+    for (k = 0; k < 6; k++) {
+        row[6 + k] = (b->v[k] - before->v[k]) + (b->v_carry[k] - before->v_carry[k]);
+    }
+}
+
+static int ecp_i_moves(const ecp_i_body *b)
+{
+    return b->kind == ECP_DYNAMIC || b->kind == ECP_KINEMATIC;
+}
+
+/* the forces of the beginning, and the callback's at the time t */
+static void ecp_i_load_at(const ecp_i_advance *a, ecp_real t)
+{
+    const ecp_i_body *first = ecp_i_bodies(ecp_i_snapshot(a->first));
+    ecp_i_body *b = ecp_i_bodies(a->w);
+    int i;
+    for (i = 0; i < a->w->bodies; i++) ECPSIM_MEMCPY(b[i].force, first[i].force, sizeof b[i].force);
+    if (a->o.load) a->o.load(a->o.load_user, a->w, a->o.time + t);
+}
+
+/* out = keep out + s v, for all bodies */
+static void ecp_i_velocities(const ecp_world *w, ecp_real keep, ecp_real s, ecp_real *out)
+{
+    const ecp_i_body *b = ecp_i_bodies(w);
+    int i, k;
+    for (i = 0; i < w->bodies; i++) {
+        for (k = 0; k < 6; k++) {
+            out[6 * i + k] = keep * out[6 * i + k] + s * (b[i].v[k] + b[i].v_carry[k]);
+        }
+    }
+}
+
+/* forces and ECPs of the patches that carry, of a base step of the length h */
+static void ecp_i_forces(const ecp_world *w, ecp_real h, ecp_real *row)
+{
+    int i;
+    for (i = 0; i < w->patches; i++) {
+        const ecp_i_patch *p = ecp_i_patches(w) + i;
+        if (p->guess || p->contact.mode == ECP_APART) continue;
+        row[0] = p->contact.p_n / h;
+        row[1] = p->contact.p_t / h;
+        row[2] = p->contact.p_o / h;
+        row[3] = p->contact.p_r / h;
+        ecp_i_copy3(p->a, row + 4);
+        row += 7;
+    }
+}
+
+/* Where the contact of a primitive with a half-space is, and the gap there: the ECP where all faces are
+   flat, or else the lowest point. *at: from the origin of the poses; n: into the half-space. */
+static ecp_real ecp_i_place(const ecp_i_posed *A, const ecp_i_posed *B, const ecp_real a[3],
+                            ecp_real n[3], ecp_real at[3])
+{
+    ecp_real gap = ecp_i_plane_gap(A, B, 0, n, at), rel[3];
+    if (A->shape->kind != ECP_BOX && A->shape->kind != ECP_POLYTOPE) return gap;
+    ecp_i_mul(A->Q, a, at);
+    ecp_i_axpy(at, 1, A->x, at);
+    ecp_i_sub(at, B->x, rel);
+    return -ecp_i_dot(n, rel) - B->shape->size[3];
+}
+
+/* A base step of the length h ends with its gaps closed. From velocities that keep them closed at the
+   instant, a first base step has to turn to that, by a force that does not vanish with h where the
+   contact moves on a curve (an edge that a body turns about), and friction follows that force. So a
+   column begins with velocities that differ by as much from the state's, in proportion to h. */
+static void ecp_i_lead_in(ecp_i_advance *a, ecp_real h)
+{
+    ecp_world *w = a->w;
+    int sweep, i;
+    for (sweep = 0; sweep < 10; sweep++) {
+        ecp_real worst = 0;
+        for (i = 0; i < a->last_count; i++) {
+            const ecp_i_phase *f = a->last + i;
+            const ecp_i_part *part = ecp_i_parts(w) + f->shape_a;
+            ecp_i_body *b = ecp_i_bodies(w) + part->body;
+            ecp_real q[4], R[9], n[3], at[3], v[3], gap;
+            ecp_i_posed A, B;
+            ecp_i_pose_of(w, f->shape_b, b->x, &B);
+            if (B.shape->kind != ECP_HALF_SPACE ||
+                ecp_i_body_of(w, f->shape_b)->kind != ECP_STATIC) {
+                continue;
+            }
+            ecp_quat_advance(b->q, b->v + 3, h, q);
+            ecp_quat_to_matrix(q, R);
+            A.shape = &part->shape;
+            ecp_i_matmul(R, part->rotation, A.Q);
+            ecp_i_mul(R, part->position, A.x);
+            /* (in the frame of the body at the end) */
+            ecp_i_axpy(B.x, -h, b->v, B.x);
+            gap = ecp_i_place(&A, &B, f->a, n, at);
+            if (ecp_i_abs(gap) <= 32 * ECP_I_EPSILON * (ecp_i_norm(B.x) + ecp_i_norm(at))) continue;
+            ecp_i_scale(-gap / h, n, v);
+            ecp_i_stop_point(b, at, 1, n, v);
+            worst = ecp_i_max(worst, ecp_i_abs(gap / h) / ecp_i_speed_scale(a, b));
+        }
+        if (!(worst > 4 * ECP_I_EPSILON)) return;
+    }
+}
+
+static void ecp_i_clear_report(ecp_report *r)
+{
+    ECPSIM_MEMSET(r, 0, sizeof *r);
+    r->body = r->shape_a = r->shape_b = -1;
+    r->substeps = 1;
+}
+
+/* Column j: j base steps from the saved state. Its changes become row j - 1 of the tableau. */
+static ecp_status ecp_i_macro_column(ecp_i_advance *a, int column)
+{
+    ecp_world *w = a->w;
+    ecp_real h = a->H / (ecp_real)column, *row = a->rows + (column - 1) * a->row;
+    const ecp_i_body *before = ecp_i_bodies(ecp_i_snapshot(a->saved));
+    int i, count;
+    ECPSIM_MEMCPY(w, a->saved, w->state_bytes);
+    ecp_i_lead_in(a, h);
+    for (i = 0; i < column; i++) {
+        ecp_status status;
+        ecp_i_phase *list = column == 1 ? a->now : a->here;
+        ecp_i_load_at(a, a->t + (ecp_real)(i + 1) * h);
+        if (i == column - 1) ecp_i_velocities(w, 0, -1 / h, a->rate_now);
+        ecp_i_clear_report(&a->r->step);
+        status = ecp_i_step_once(w, h, &a->step, a->bytes, &a->r->step);
+        a->r->solves++;
+        a->r->step.status = status;
+        if (status != ECP_OK) return status;
+        count = ecp_i_phases(a, list);
+        if (column == 1) a->now_count = count;
+        ecp_i_compare_phases(a, column, i, list, count);
+    }
+    for (i = 0; i < w->bodies; i++) {
+        if (ecp_i_moves(before + i)) ecp_i_changes(ecp_i_bodies(w) + i, before + i, row + 12 * i);
+    }
+    ecp_i_velocities(w, 1, 1 / h, a->rate_now);
+    if (!a->changed) ecp_i_forces(w, h, row + 12 * w->bodies);
+    return ECP_OK;
+}
+
+/* Row j of the tableau after the rows above it: Aitken-Neville in place. Row i holds T_{j,j-i} on
+   return, row 0 thus T_jj; the column with base steps H / j comes in row j - 1. */
+static void ecp_i_extrapolate(ecp_i_advance *a, int j)
+{
+    int i, k, n = 12 * a->w->bodies + 7 * a->now_count;
+    for (i = j - 2; i >= 0; i--) {
+        ecp_real *to = a->rows + i * a->row;
+        const ecp_real *from = to + a->row;
+        ecp_real factor = (ecp_real)j / (ecp_real)(i + 1) - 1;
+        for (k = 0; k < n; k++) to[k] = from[k] + (from[k] - to[k]) / factor;
+    }
+}
+
+/* the difference of two rows of changes, in tolerances */
+static ecp_real ecp_i_error(const ecp_i_advance *a, const ecp_real *p, const ecp_real *q)
+{
+    const ecp_i_body *b = ecp_i_bodies(ecp_i_snapshot(a->saved));
+    ecp_real worst = 0, d[12];
+    int i, k;
+    for (i = 0; i < a->w->bodies; i++) {
+        ecp_i_body end = b[i];
+        ecp_real speed;
+        if (!ecp_i_moves(b + i)) continue;
+        for (k = 0; k < 12; k++) d[k] = p[12 * i + k] - q[12 * i + k];
+        for (k = 0; k < 6; k++) end.v[k] += p[12 * i + 6 + k];
+        speed = ecp_i_max(ecp_i_speed_scale(a, b + i), ecp_i_speed_scale(a, &end));
+        ecp_i_worst(&worst, ecp_i_norm(d) / b[i].length);
+        ecp_i_worst(&worst, 2 * ecp_i_norm(d + 3));
+        if (!(speed > 0)) continue;
+        ecp_i_worst(&worst, ecp_i_norm(d + 6) / speed);
+        ecp_i_worst(&worst, ecp_i_norm(d + 9) * b[i].length / speed);
+    }
+    return worst / a->o.tolerance;
+}
+
+/* What can be hidden in the macro step where the phases change: the change of velocity for all of
+   its time, in tolerances. */
+static ecp_real ecp_i_hidden(const ecp_i_advance *a, const ecp_real *row)
+{
+    const ecp_i_body *b = ecp_i_bodies(ecp_i_snapshot(a->saved));
+    ecp_real worst = 0;
+    int i;
+    for (i = 0; i < a->w->bodies; i++) {
+        if (!ecp_i_moves(b + i)) continue;
+        ecp_i_worst(&worst, ecp_i_norm(row + 12 * i + 6) / b[i].length);
+        ecp_i_worst(&worst, ecp_i_norm(row + 12 * i + 9));
+    }
+    return worst * a->H / a->o.tolerance;
+}
+
+/* the saved state and these changes, in the world, whose patches are of the last base step */
+static void ecp_i_add_changes(ecp_i_advance *a, const ecp_real *row)
+{
+    const ecp_i_body *before = ecp_i_bodies(ecp_i_snapshot(a->saved));
+    ecp_i_body *b = ecp_i_bodies(a->w);
+    int i, k;
+    for (i = 0; i < a->w->bodies; i++, row += 12) {
+        ecp_real turn[4];
+        if (!ecp_i_moves(before + i)) continue;
+        ECPSIM_MEMCPY(b + i, before + i, sizeof *b);
+        for (k = 0; k < 3; k++) ecp_i_add_carried(b[i].x + k, b[i].x_carry + k, row[k]);
+        turn[0] = 1;
+        ecp_i_copy3(row + 3, turn + 1);
+        ecp_quat_multiply(turn, b[i].q, b[i].q);
+        ecp_i_quat_normalise(b[i].q);
+        for (k = 0; k < 6; k++) ecp_i_add_carried(b[i].v + k, b[i].v_carry + k, row[6 + k]);
+    }
+}
+
+/* Gaps and points of the contacts at the pose of the world. Returns the largest violation: overlap, or
+   a gap under load, beyond its rounding error. */
+static ecp_real ecp_i_refresh_contacts(ecp_i_advance *a)
+{
+    ecp_world *w = a->w;
+    ecp_real worst = 0;
+    int i;
+    for (i = 0; i < w->patches; i++) {
+        ecp_contact *c = &ecp_i_patches(w)[i].contact;
+        const ecp_i_body *ba = ecp_i_body_of(w, c->shape_a), *bb = ecp_i_body_of(w, c->shape_b);
+        ecp_real n[3], at[3], x[3], limit, gap;
+        ecp_i_posed A, B;
+        if (ecp_i_patches(w)[i].guess) continue;
+        ecp_i_pose_of(w, c->shape_a, ba->x, &A);
+        ecp_i_pose_of(w, c->shape_b, ba->x, &B);
+        ecp_i_scale(-1, c->normal, n);
+        if (B.shape->kind == ECP_HALF_SPACE) {
+            c->separation = ecp_i_plane_gap(&A, &B, 0, n, at);
+            ecp_i_scale(-1, n, c->normal);
+        } else {
+            c->separation = ecp_i_separation(&A, &B, n);
+        }
+        ecp_i_mul(A.Q, ecp_i_patches(w)[i].a, at);
+        ecp_i_axpy(at, 1, A.x, at);
+        ecp_i_axpy(at, 1, ba->x, c->point_a);
+        if (c->mode != ECP_APART || c->separation < 0) c->gap = c->separation;
+        ecp_i_axpy(c->point_a, c->gap, n, c->point_b);
+        ecp_i_sub(ba->x, bb->x, x);
+        limit = 32 * ECP_I_EPSILON * (ecp_i_norm(x) + ecp_i_norm(at) + ecp_i_abs(B.shape->size[3]));
+        gap = c->mode != ECP_APART ? ecp_i_abs(c->separation) : -c->separation;
+        if (gap > limit) ecp_i_worst(&worst, gap);
+    }
+    return worst;
+}
+
+/* Takes off the velocities that patches on half-spaces do not have: along the normal where they carry,
+   sideways where they stick. Impulses there do it, the least change in the norm of the kinetic
+   energy, which only falls. What is left would be a force in the next base step, the greater the
+   shorter that is. */
+static void ecp_i_project_velocities(ecp_i_advance *a)
+{
+    ecp_world *w = a->w;
+    int sweep, i;
+    for (sweep = 0; sweep < 20; sweep++) {
+        ecp_real worst = 0;
+        for (i = 0; i < w->patches; i++) {
+            const ecp_contact *c = &ecp_i_patches(w)[i].contact;
+            ecp_i_body *b = ecp_i_bodies(w) + c->body_a;
+            const ecp_i_body *ground = ecp_i_bodies(w) + c->body_b;
+            ecp_real n[3], at[3], v[3], apart[3], d[9];
+            ecp_i_posed A, B;
+            int stick = c->mode == ECP_STICK;
+            if (ecp_i_patches(w)[i].guess || c->mode == ECP_APART) continue;
+            ecp_i_pose_of(w, c->shape_a, b->x, &A);
+            ecp_i_pose_of(w, c->shape_b, b->x, &B);
+            if (B.shape->kind != ECP_HALF_SPACE) continue;
+            ecp_i_place(&A, &B, ecp_i_patches(w)[i].a, n, at);
+            ecp_i_sub(b->x, ground->x, apart);
+            ecp_i_slip_at(b->v, ground->v, at, apart, v);
+            ecp_i_copy3(n, d);
+            ecp_i_copy3(c->direction_t, d + 3);
+            ecp_i_cross(n, c->direction_t, d + 6);
+            ecp_i_stop_point(b, at, stick ? 3 : 1, d, v);
+            if (!stick) ecp_i_scale(ecp_i_dot(n, v), n, v);
+            worst = ecp_i_max(worst, ecp_i_norm(v) / ecp_i_speed_scale(a, b));
+        }
+        if (!(worst > 4 * ECP_I_EPSILON)) return;
+    }
+}
+
+/* Back on to the contacts: the step of the world at rest, without weight, on to which the normal
+   impulses press that the contacts have just had. Its displacement is the least, in the norm of the
+   kinetic energy, that closes the gaps; velocities stay. */
+static void ecp_i_project(ecp_i_advance *a)
+{
+    ecp_world *w = a->w;
+    ecp_i_body *b = ecp_i_bodies(w), *kept;
+    ecp_status status;
+    ecp_real off = ecp_i_refresh_contacts(a), press, most, none[3] = {0, 0, 0};
+    ecp_report quiet;
+    int i, k, round;
+    for (round = 0; round < 3 && off > 0; round++) {
+        if (round == 0 && off > a->r->projection) a->r->projection = off;
+        ECPSIM_MEMCPY(a->saved, w, w->state_bytes);
+        kept = ecp_i_bodies((const ecp_world *)(void *)a->saved);
+        for (i = 0, most = 0; i < w->patches; i++) {
+            const ecp_contact *c = &ecp_i_patches(w)[i].contact;
+            if (ecp_i_patches(w)[i].guess || c->mode == ECP_APART) continue;
+            if (b[c->body_a].kind == ECP_DYNAMIC)
+                most = ecp_i_max(most, c->p_n / b[c->body_a].mass);
+            if (b[c->body_b].kind == ECP_DYNAMIC)
+                most = ecp_i_max(most, c->p_n / b[c->body_b].mass);
+        }
+        press = most > 0 ? 32 * off / (w->last_h * most) : ECP_R(0);
+        for (i = 0; i < w->bodies; i++) {
+            if (!ecp_i_moves(b + i)) continue;
+            ECPSIM_MEMSET(b[i].v, 0, sizeof b[i].v);
+            ECPSIM_MEMSET(b[i].v_carry, 0, sizeof b[i].v_carry);
+            ECPSIM_MEMSET(b[i].force, 0, sizeof b[i].force);
+        }
+        for (i = 0; i < w->patches; i++) {
+            const ecp_contact *c = &ecp_i_patches(w)[i].contact;
+            ecp_real p[3];
+            if (ecp_i_patches(w)[i].guess || c->mode == ECP_APART) continue;
+            ecp_i_scale(-press * c->p_n, c->normal, p);
+            if (!(press > 0)) continue;
+            ecp_body_apply_impulse(w, c->body_a, p, c->point_a);
+            ecp_i_scale(-1, p, p);
+            ecp_body_apply_impulse(w, c->body_b, p, c->point_a);
+        }
+        ecp_i_copy3(none, w->desc.gravity);
+        ECPSIM_MEMSET(&quiet, 0, sizeof quiet);
+        status = ecp_i_step_once(w, w->last_h, &a->step, a->bytes, &quiet);
+        a->r->solves++;
+        for (i = 0; status == ECP_OK && i < w->bodies; i++) {
+            if (b[i].kind != ECP_DYNAMIC) continue;
+            for (k = 0; k < 3; k++) {
+                kept[i].x[k] = b[i].x[k];
+                kept[i].x_carry[k] = b[i].x_carry[k];
+            }
+            ECPSIM_MEMCPY(kept[i].q, b[i].q, sizeof b[i].q);
+        }
+        ECPSIM_MEMCPY(w, a->saved, w->state_bytes);
+        if (status != ECP_OK) return;
+        off = ecp_i_refresh_contacts(a);
+    }
+}
+
+/* x^(1/k), within a few percent, by square roots and Newton; for step sizes */
+static ecp_real ecp_i_nth_root(ecp_real x, int k)
+{
+    ecp_real y = 1, power;
+    int i, j;
+    if (!(x > 0)) return 0;
+    /* x = m 4096^-n: one factor at a time */
+    if (x < ECP_R(1e-3)) return ecp_i_nth_root(x * 1000, k) / ecp_i_nth_root(ECP_R(1000.0), k);
+    if (x > ECP_R(1e3)) return ecp_i_nth_root(x / 1000, k) * ecp_i_nth_root(ECP_R(1000.0), k);
+    if (x > 1) y = 1 + (x - 1) / (ecp_real)k;
+    for (i = 0; i < 60; i++) {
+        ecp_real next;
+        for (j = 1, power = 1; j < k; j++) power *= y;
+        next = y + (x / power - y) / (ecp_real)k;
+        if (ecp_i_abs(next - y) < ECP_R(1e-3) * y) return next;
+        y = next;
+    }
+    return y;
+}
+
+typedef enum ecp_i_outcome {
+    ECP_I_DONE,        /* smooth, within the tolerance */
+    ECP_I_PASSED,      /* at first order, across a change */
+    ECP_I_CHANGED,     /* a change lies in it */
+    ECP_I_UNCONVERGED, /* too long for the tolerance */
+    ECP_I_UNSOLVED     /* a base step failed */
+} ecp_i_outcome;
+
+/* One macro step of the length a->H, aimed at the order `aim`. *column: the last one; error[j]: the
+   estimate of column j, from 2 on. The world holds the result if it is done or passed. */
+static ecp_i_outcome ecp_i_macro(ecp_i_advance *a, int aim, int forced, int *column,
+                                 ecp_real *error, ecp_status *status)
+{
+    int j, n = a->row, most = aim + 1 < a->o.order ? aim + 1 : a->o.order;
+    ecp_real hidden;
+    a->changed = a->brief = a->impact = 0;
+    a->nearest = a->H;
+    for (j = 1; j <= most; j++) {
+        *column = j;
+        *status = ecp_i_macro_column(a, j);
+        if (*status != ECP_OK) return ECP_I_UNSOLVED;
+        if (j == 1) continue;
+        /* phases that change in between: first order, and only if that hides nothing */
+        if (j == 2 && !a->changed) ecp_i_check_beginning(a);
+        hidden = ecp_i_hidden(a, a->rows + (j - 1) * n);
+        if (a->changed || (a->brief && hidden > 1)) {
+            if (!forced && hidden > 1) return ECP_I_CHANGED;
+            error[j] = ecp_i_error(a, a->rows + (j - 1) * n, a->rows);
+            return forced || error[j] <= 1 ? ECP_I_PASSED : ECP_I_CHANGED;
+        }
+        ecp_i_extrapolate(a, j);
+        error[j] = ecp_i_error(a, a->rows, a->rows + n);
+        if (error[j] <= (j < aim ? ECP_R(1e-3) : ECP_R(1.0))) {
+            if (ecp_i_outlived(a) && hidden > 1 && !forced) {
+                a->changed = 1;
+                return ECP_I_CHANGED;
+            }
+            ecp_i_add_changes(a, a->rows);
+            return ECP_I_DONE;
+        }
+    }
+    if (!forced) return ECP_I_UNCONVERGED;
+    return ECP_I_PASSED;
+}
+
+/* does nothing move any more? (no change by a macro step, no loads that could begin) */
+static int ecp_i_at_rest(const ecp_i_advance *a)
+{
+    int i, n = 12 * a->w->bodies;
+    if (a->o.load) return 0;
+    for (i = 0; i < n; i++) {
+        if (a->rows[i] != 0) return 0;
+    }
+    return 1;
+}
+
+/* The length and order of the next macro step: those of the least work in base steps per time. */
+static ecp_real ecp_i_choose(const ecp_i_advance *a, int column, const ecp_real *error, int *aim)
+{
+    ecp_real best = 0, H = a->H, work = 0;
+    int j;
+    for (j = 2; j <= column; j++) {
+        ecp_real most = a->o.load ? ECP_R(4.0) : ECP_R(8.0);
+        ecp_real grow = error[j] > 0 ? ecp_i_nth_root(ECP_R(0.25) / error[j], j) : most, pace;
+        grow = ECP_R(0.9) * ecp_i_min(grow, most);
+        pace = a->H * grow / (ecp_real)(j * (j + 1) / 2);
+        if (j == 2 || pace > ECP_R(1.0) * best) {
+            best = pace;
+            *aim = j;
+            H = a->H * grow;
+            work = (ecp_real)(j * (j + 1) / 2);
+        }
+    }
+    if (*aim == column && column < a->o.order && column > 1) {
+        /* the last column was the best: one more is worth trying, at the same pace */
+        *aim = column + 1;
+        H *= (ecp_real)((column + 1) * (column + 2) / 2) / work;
+    }
+    return ecp_i_max(H, a->H * ECP_R(0.02));
+}
+
+ECP_DEF ecp_advance_options ecp_advance_options_default(void)
+{
+    ecp_advance_options o;
+    ECPSIM_MEMSET(&o, 0, sizeof o);
+    o.tolerance = sizeof(ecp_real) > 4 ? ECP_R(1e-6) : ECP_R(1e-3);
+    return o;
+}
+
+/* impulses at once: they change velocities before anything else */
+static void ecp_i_take_impulses(ecp_world *w)
+{
+    ecp_i_body *b = ecp_i_bodies(w);
+    int i, k;
+    for (i = 0; i < w->bodies; i++) {
+        ecp_real R[9], root[9], dv[6];
+        if (b[i].kind != ECP_DYNAMIC) continue;
+        ecp_quat_to_matrix(b[i].q, R);
+        ecp_i_congruence(R, b[i].inertia, root);
+        ecp_chol_factor(3, root, 3);
+        ecp_i_scale(1 / b[i].mass, b[i].impulse, dv);
+        ecp_i_copy3(b[i].impulse + 3, dv + 3);
+        ecp_chol_solve(3, root, 3, dv + 3);
+        for (k = 0; k < 6; k++) {
+            if (dv[k] != 0) ecp_i_add_carried(b[i].v + k, b[i].v_carry + k, dv[k]);
+            b[i].impulse[k] = 0;
+        }
+    }
+}
+
+/* a first guess: what moves a body by a tenth of its length, or turns it by as much */
+static ecp_real ecp_i_first_length(const ecp_i_advance *a)
+{
+    ecp_real rate = 0;
+    int i;
+    for (i = 0; i < a->w->bodies; i++) {
+        const ecp_i_body *b = ecp_i_bodies(a->w) + i;
+        if (b->kind == ECP_DYNAMIC) rate = ecp_i_max(rate, ecp_i_speed_scale(a, b) / b->length);
+    }
+    return rate > 0 ? ECP_R(0.1) / rate : ECP_R(1.0);
+}
+
+/* the longest macro step that turns no body by more than about one */
+static ecp_real ecp_i_longest(const ecp_i_advance *a)
+{
+    ecp_real rate = 0;
+    int i;
+    for (i = 0; i < a->w->bodies; i++) {
+        const ecp_i_body *b = ecp_i_bodies(a->w) + i;
+        if (ecp_i_moves(b)) rate = ecp_i_max(rate, ecp_i_norm(b->v + 3));
+    }
+    return rate > 0 ? 1 / rate : ECP_R(1e30);
+}
+
+/* the length below which nothing is told apart: what passes at the full speed is a quarter of the
+   tolerance */
+static ecp_real ecp_i_least(const ecp_i_advance *a)
+{
+    ecp_real rate = 0;
+    int i;
+    for (i = 0; i < a->w->bodies; i++) {
+        const ecp_i_body *b = ecp_i_bodies(a->w) + i;
+        if (b->kind == ECP_DYNAMIC) rate = ecp_i_max(rate, ecp_i_speed_scale(a, b) / b->length);
+    }
+    return rate > 0 ? ecp_i_max(a->o.tolerance / 4, 8 * ecp_i_sqrt(ECP_I_EPSILON)) / rate
+                    : ECP_R(0);
+}
+
+/* How short macro steps may be: where events follow each other so densely that a time in which a body
+   moves by its length takes hundreds of base steps, the least length grows, and what happens within
+   is passed at first order. Accumulations of impacts end in bounded work that way. */
+typedef struct ecp_i_patience {
+    ecp_real since; /* where the present window begins */
+    int solves;     /* done by then */
+} ecp_i_patience;
+
+static ecp_real ecp_i_floor(const ecp_i_advance *a, ecp_i_patience *p)
+{
+    ecp_real least = ecp_i_least(a), scale = 10 * ecp_i_first_length(a);
+    int spent = a->r->solves - p->solves;
+    if (a->t - p->since > scale) {
+        p->since = a->t;
+        p->solves = a->r->solves;
+        return least;
+    }
+    if (spent > 1500) return ecp_i_max(least, scale / 64);
+    if (spent > 1000) return ecp_i_max(least, scale / 512);
+    if (spent > 500) return ecp_i_max(least, scale / 4096);
+    return least;
+}
+
+/* The macro step as one step with all the fallbacks of ecp_step, or where even that fails a longer
+   one: very short steps are not the easiest. */
+static ecp_i_outcome ecp_i_plain_step(ecp_i_advance *a, ecp_real left, ecp_status *status)
+{
+    ecp_world *w = a->w;
+    const ecp_i_body *before = ecp_i_bodies(ecp_i_snapshot(a->saved));
+    int i, attempt;
+    for (attempt = 0; attempt < 4; attempt++) {
+        if (attempt > 0) a->H = attempt < 3 ? ecp_i_min(16 * a->H, left) : left;
+        ECPSIM_MEMCPY(w, a->saved, w->state_bytes);
+        w->printed_moment = 0;
+        ecp_i_load_at(a, a->t + a->H);
+        ecp_i_clear_report(&a->r->step);
+        if (ecp_i_may(&a->step, ECP_FALLBACK_SUBSTEPS))
+            *status = ecp_i_step_by_parts(w, a->H, &a->step, a->bytes, &a->r->step);
+        else
+            *status = ecp_i_step_once(w, a->H, &a->step, a->bytes, &a->r->step);
+        w->printed_moment = 1;
+        a->r->solves += a->r->step.substeps;
+        a->r->step.status = *status;
+        if (*status != ECP_NOT_SOLVED) break;
+    }
+    if (*status != ECP_OK) return ECP_I_UNSOLVED;
+    for (i = 0; i < w->bodies; i++) {
+        if (ecp_i_moves(before + i)) {
+            ecp_i_changes(ecp_i_bodies(w) + i, before + i, a->rows + 12 * i);
+        }
+    }
+    return ECP_I_PASSED;
+}
+
+/* notes what an accepted macro step did, for those that follow */
+static void ecp_i_note_macro(ecp_i_advance *a, int passed)
+{
+    int i, k;
+    ecp_real *forces = a->rows + 12 * a->w->bodies;
+    ecp_i_phase *list = a->here;
+    ECPSIM_MEMCPY(a->rate, a->rate_now, (size_t)(6 * a->w->bodies) * sizeof(ecp_real));
+    i = ecp_i_phases(a, a->here);
+    if (passed) ecp_i_forces(a->w, a->w->last_h, forces);
+    for (k = 0; k < i; k++) {
+        const ecp_i_phase *before = ecp_i_find_phase(a->last, a->last_count, list + k);
+        int m, known = !passed && before && before->mode == list[k].mode &&
+                       ecp_i_same_faces(before, list + k);
+        ecp_i_margins(a, list + k, forces + 7 * k, list[k].margin);
+        for (m = 0; m < 3; m++) {
+            list[k].rate[m] = known ? (list[k].margin[m] - before->margin[m]) / a->H : ECP_R(0);
+        }
+    }
+    a->here = a->last;
+    a->last = list;
+    a->last_count = i;
+    a->r->macro_steps++;
+    if (a->r->macro_steps == 1 || a->H < a->r->shortest) a->r->shortest = a->H;
+}
+
+/* What the state that is saved says about the phase ahead: 1 if it can begin. */
+static int ecp_i_arrived(ecp_i_advance *a)
+{
+    int fits = ecp_i_phase_fits(a, &a->ahead);
+    if (a->ahead.mode == ECP_STICK && fits) {
+        const ecp_i_phase *before = ecp_i_find_phase(a->last, a->last_count, &a->ahead);
+        if (before && before->mode == ECP_SLIP) fits = ecp_i_stick_fits(a, &a->ahead);
+    }
+    return fits;
+}
+
+/* the lowest order that should do for a macro step of the length H, after one of the length a->H */
+static int ecp_i_enough(ecp_real before, int aim, int column, const ecp_real *error, ecp_real H)
+{
+    int j, k;
+    if (column < 2) return 3;
+    for (j = 2; j < aim && j <= column; j++) {
+        ecp_real e = error[j];
+        for (k = 0; k < j; k++) e *= H / before;
+        if (e < ECP_R(0.1)) return j;
+    }
+    return aim;
+}
+
+/* After a macro step with a change in it, until that is passed: where the next one should end. The time
+   until the phase ahead, or until a margin is gone; H if neither is near. Returns 0 where the state
+   allows the phase ahead at once. */
+static ecp_real ecp_i_hunt(ecp_i_advance *a, ecp_real H, ecp_real least)
+{
+    ecp_real to = H;
+    a->nearest = H;
+    if (a->looking && ecp_i_arrived(a)) return 0;
+    to = ecp_i_min(to, a->nearest);
+    to = ecp_i_min(to, ecp_i_margin_time(a));
+    return to < least ? H : to;
+}
+
+/* what follows an accepted macro step; `error` in tolerances */
+static void ecp_i_accept(ecp_i_advance *a, int passed, int order, ecp_real error, ecp_real duration)
+{
+    int rest = !passed && ecp_i_at_rest(a);
+    a->r->error = ecp_i_max(a->r->error, error);
+    a->r->first_order += passed;
+    a->r->forced += passed && error > 1;
+    a->r->events += passed || a->impact || a->brief;
+    if (!passed && order > a->r->highest_order) a->r->highest_order = order;
+    ecp_i_note_macro(a, passed);
+    if (!rest) ecp_i_project_velocities(a);
+    ecp_i_project(a);
+    a->t = a->H < duration - a->t && !rest ? a->t + a->H : duration;
+    a->r->reached = a->t;
+}
+
+/* macro steps of one length and order, whatever the error */
+static ecp_status ecp_i_advance_paced(ecp_i_advance *a, ecp_real duration)
+{
+    ecp_status status = ECP_OK;
+    while (a->t < duration) {
+        ecp_real left = duration - a->t, error = 0;
+        int j, n = a->row;
+        /* (no sliver at the end) */
+        a->H = a->o.macro_step < left * ECP_R(0.9999) ? a->o.macro_step : left;
+        if (a->o.max_solves > 0 && a->r->solves >= a->o.max_solves) return ECP_NOT_SOLVED;
+        ECPSIM_MEMCPY(a->saved, a->w, a->w->state_bytes);
+        a->changed = a->brief = a->impact = 0;
+        a->nearest = a->H;
+        for (j = 1; j <= a->o.order && status == ECP_OK; j++) {
+            status = ecp_i_macro_column(a, j);
+            if (status != ECP_OK || j == 1) continue;
+            error = ecp_i_error(a, a->rows + (j - 1) * n, a->rows);
+            if (a->changed) continue;
+            ecp_i_extrapolate(a, j);
+            error = ecp_i_error(a, a->rows, a->rows + n);
+        }
+        if (status == ECP_NOT_SOLVED) {
+            /* shorter ones, at first order */
+            if (ecp_i_plain_step(a, a->H, &status) == ECP_I_PASSED) a->changed = 1;
+        }
+        if (status != ECP_OK) return status;
+        if (!a->changed) ecp_i_add_changes(a, a->rows);
+        ecp_i_accept(a, a->changed, a->o.order, error, duration);
+    }
+    return ECP_OK;
+}
+
+static ecp_status ecp_i_advance_to(ecp_i_advance *a, ecp_real duration)
+{
+    ecp_real error[ECP_I_MAX_ORDER + 1], good[ECP_I_MAX_ORDER + 1], good_H = 0;
+    ecp_real H = ecp_i_first_length(a), smooth = H;
+    int aim = 3, column = 0, good_column = 0, hunting = 0, rejected = 0;
+    ecp_i_patience patience = {0, 0};
+    ecp_status status = ECP_OK;
+    while (a->t < duration) {
+        ecp_i_outcome outcome;
+        ecp_real left = duration - a->t, least = ecp_i_floor(a, &patience);
+        int forced;
+        if (a->o.max_solves > 0 && a->r->solves >= a->o.max_solves) return ECP_NOT_SOLVED;
+        ECPSIM_MEMCPY(a->saved, a->w, a->w->state_bytes);
+        if (hunting > 0 && !rejected) {
+            ecp_real to = ecp_i_hunt(a, H, least);
+            if (!(to > 0)) {
+                a->looking = hunting = 0;
+                H = ecp_i_max(H, smooth / 4);
+                aim = 4;
+            } else if (to < H) {
+                H = to;
+                aim = ecp_i_enough(good_H, a->o.order, good_column, good, H);
+            }
+        }
+        H = ecp_i_max(ecp_i_min(H, ecp_i_longest(a)), least);
+        a->H = H < left ? H : left;
+        if (a->H < left && a->H > left * ECP_R(0.8)) a->H = left / 2;
+        forced = a->H <= least;
+        outcome =
+            ecp_i_macro(a, aim < a->o.order ? aim : a->o.order, forced, &column, error, &status);
+        if (outcome == ECP_I_UNSOLVED && forced && status == ECP_NOT_SOLVED) {
+            outcome = ecp_i_plain_step(a, left, &status);
+            column = 1;
+            error[1] = 2;
+        }
+        rejected = outcome != ECP_I_DONE && outcome != ECP_I_PASSED;
+        if (!rejected) {
+            ecp_i_accept(a, outcome == ECP_I_PASSED, column, error[column], duration);
+            if (outcome == ECP_I_PASSED || a->impact || a->brief) a->looking = hunting = 0;
+            if (outcome == ECP_I_PASSED) {
+                H = 2 * a->H;
+                aim = 2;
+                continue;
+            }
+            ECPSIM_MEMCPY(good, error, sizeof good);
+            good_column = column;
+            good_H = a->H;
+            H = ecp_i_choose(a, column, error, &aim);
+            if (hunting > 0) {
+                /* no longer than the last one was, for some time */
+                hunting--;
+                if (H > a->H) {
+                    H = a->H;
+                    aim = ecp_i_enough(good_H, a->o.order, good_column, good, H);
+                }
+            } else {
+                a->looking = 0;
+                smooth = H;
+            }
+            continue;
+        }
+        a->r->rejected++;
+        ECPSIM_MEMCPY(a->w, a->saved, a->w->state_bytes);
+        if (outcome == ECP_I_UNSOLVED) {
+            if (status != ECP_NOT_SOLVED || forced) return status;
+            H = a->H / 4;
+        } else if (outcome == ECP_I_UNCONVERGED) {
+            H = ecp_i_min(ecp_i_choose(a, column, error, &aim), a->H / 2);
+        } else if (a->brief && !a->changed) {
+            /* it is at the beginning: short enough to hide nothing, as far as first order can tell */
+            ecp_real hides = ecp_i_hidden(a, a->rows);
+            H = a->H * (hides > 4 ? ECP_R(0.9) / ecp_i_sqrt(hides) : ECP_R(0.5));
+            hunting = 12;
+            aim = 2;
+        } else {
+            hunting = 12;
+            H = ecp_i_min(a->nearest, ecp_i_margin_time(a));
+            if (!(H < ECP_R(0.95) * a->H) || H < least) H = a->H / 2;
+            aim = ecp_i_enough(good_H, a->o.order, good_column, good, H);
+        }
+    }
+    return ECP_OK;
+}
+
+static ecp_status ecp_i_check_advance(const ecp_world *w, ecp_real duration,
+                                      const ecp_advance_options *o, const ecp_options *step)
+{
+    ecp_status status = ecp_i_check_options(step);
+    int i;
+    if (status != ECP_OK) return status;
+    if (w->desc.advance_order == 0) return ECP_CAPACITY;
+    if (!ecp_i_finite(duration) || !ecp_i_finite(o->tolerance) || !ecp_i_finite(o->macro_step) ||
+        !ecp_i_finite(o->time)) {
+        return ECP_NOT_FINITE;
+    }
+    if (!(duration >= 0)) return ECP_BAD_STEP;
+    if (o->order == 1 || o->order < 0 || o->max_solves < 0 || !(o->macro_step >= 0)) {
+        return ECP_BAD_OPTION;
+    }
+    if (o->order > w->desc.advance_order) return ECP_CAPACITY;
+    if (o->macro_step > 0) return ECP_OK;
+    if (!(o->tolerance > 0)) return ECP_BAD_OPTION;
+    /* rounding: of the base steps' equations, and of gaps as differences of positions */
+    if (o->tolerance < 16 * step->tolerance) return ECP_TOLERANCE;
+    for (i = 0; i < w->bodies; i++) {
+        const ecp_i_body *b = ecp_i_bodies(w) + i;
+        if (b->kind != ECP_DYNAMIC) continue;
+        if (o->tolerance < 64 * ECP_I_EPSILON * (1 + ecp_i_norm(b->x) / b->length)) {
+            return ECP_TOLERANCE;
+        }
+    }
+    return ECP_OK;
+}
+
+ECP_DEF ecp_status ecp_advance(ecp_world *world, ecp_real duration,
+                               const ecp_advance_options *options, ecp_advance_report *report)
+{
+    ecp_i_advance a;
+    ecp_i_arena arena;
+    ecp_advance_report r;
+    int i;
+    ECPSIM_MEMSET(&a, 0, sizeof a);
+    ECPSIM_MEMSET(&r, 0, sizeof r);
+    ecp_i_clear_report(&r.step);
+    a.w = world;
+    a.r = &r;
+    a.o = options ? *options : ecp_advance_options_default();
+    a.step = a.o.step ? *a.o.step : ecp_options_default();
+    r.status = world ? ecp_i_check_advance(world, duration, &a.o, &a.step) : ECP_BAD_POINTER;
+    if (report) *report = r;
+    if (r.status != ECP_OK) return r.status;
+    if (a.o.order == 0) a.o.order = world->desc.advance_order;
+    /* its memory is the end of the block */
+    a.bytes = ecp_i_bytes(ecp_i_advance_bytes(world), 1);
+    arena = ecp_i_arena_over((unsigned char *)world + world->bytes - a.bytes, a.bytes);
+    ecp_i_carve_advance(&arena, world, &a);
+    ECPSIM_ASSERT(!arena.overflow);
+    ECPSIM_MEMCPY(a.first, world, world->state_bytes);
+    /* base steps know no sleep, and after them nobody sleeps */
+    ECPSIM_MEMSET(&world->asked, 0, sizeof world->asked);
+    for (i = 0; i < world->bodies; i++) ecp_i_bodies(world)[i].asleep = 0;
+    ecp_i_take_impulses(world);
+    world->printed_moment = 1;
+    r.status =
+        a.o.macro_step > 0 ? ecp_i_advance_paced(&a, duration) : ecp_i_advance_to(&a, duration);
+    world->printed_moment = 0;
+    if (r.status != ECP_OK) ECPSIM_MEMCPY(world, a.first, world->state_bytes);
+    for (i = 0; r.status == ECP_OK && i < world->bodies; i++) {
+        ecp_i_body *b = ecp_i_bodies(world) + i;
+        ECPSIM_MEMSET(b->force, 0, sizeof b->force);
+    }
+    /* work memory is zero outside a call */
+    ECPSIM_MEMSET(a.first, 0, a.bytes);
+    if (report) *report = r;
+    return r.status;
 }
 
 /* >>dump ==================================================================================

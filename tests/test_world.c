@@ -107,7 +107,7 @@ static void world_test_strings(void)
 #undef WORLD_STATUS
     };
     int count = (int)(sizeof all / sizeof *all), i, j;
-    CHECK(count == 20);
+    CHECK(count == 21);
     CHECK(ECP_OK == 0);
     for (i = 0; i < count; i++) {
         CHECK(strlen(ecp_status_string(all[i])) > 0);

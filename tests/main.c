@@ -12,6 +12,7 @@
 #include "test_step.c"
 #include "test_contacts.c"
 #include "test_sleep.c"
+#include "test_advance.c"
 #include "test_truths.c"
 
 /* Example 2 of the paper, 200 steps with a landing, fallbacks and rest, as one number: tests/run.sh
@@ -74,6 +75,7 @@ int main(int argc, char **argv)
     run(filter, "broad", test_broad);
     run(filter, "step", test_step);
     run(filter, "contacts", test_contacts);
+    run(filter, "advance", test_advance_section);
     run(filter, "fallbacks", test_fallbacks);
     run(filter, "sleep", test_sleep);
     run(filter, "truths", test_truths);

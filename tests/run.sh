@@ -261,7 +261,7 @@ test_symbols() {
             -fdata-sections -Wl,--gc-sections examples/minimal.c -o "$out/linked" -lm
         nm "$out/linked" >"$out/symbols"
         check 'the step is linked' grep -q ' ecp_step$' "$out/symbols"
-        for name in dump i_put printed_residual mcp_solve least_squares i_polytope; do
+        for name in dump i_put advance i_macro printed_residual mcp_solve least_squares i_polytope; do
             check "ecp_$name is not" refuse grep -q " ecp_$name" "$out/symbols"
         done
     else
@@ -374,6 +374,7 @@ test_stress() {
     check 'stress: what is solved keeps every bar' [ $((code & 2)) -eq 0 ]
     check 'stress: as many are solved as are known to be' \
         unsolved_within "$out/stress.log" $known_double
+    check 'stress, to each step'\''s time within a tolerance' "$out/stress" advance
     check 'stress, float' unsolved_within "$out/stress_float.log" $known_float
 }
 

@@ -260,6 +260,9 @@ static inline uint64_t scene_seed(const char *name, int number)
     return (hash ^ (uint64_t)number) * UINT64_C(1099511628211) | 1;
 }
 
+/* ecp_world_desc.advance_order of the worlds to come */
+static int scene_advance_order = 0;
+
 /* an empty world with room for exactly this, and gravity g downwards */
 static inline void scene_open(scene *s, int bodies, int shapes, int patches, int inequalities,
                               double g)
@@ -271,6 +274,7 @@ static inline void scene_open(scene *s, int bodies, int shapes, int patches, int
     d.max_shapes = shapes;
     d.max_patches = patches;
     d.max_inequalities = inequalities;
+    d.advance_order = scene_advance_order;
     d.gravity[2] = (ecp_real)-g;
     s->g[0] = s->g[1] = 0;
     s->g[2] = -g;

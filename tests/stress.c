@@ -360,7 +360,8 @@ static double stack_truth(trial *t, int step)
                 carried += (double)c.p_n;
             }
         }
-        error = fabs(carried / (-t->s.g[2] * t->h * above) - 1);
+        /* (of the base step, where ecp_advance has taken more than one) */
+        error = fabs(carried / (-t->s.g[2] * (double)t->s.world->last_h * above) - 1);
         if (!(error <= worst)) worst = error;
     }
     return worst;
@@ -991,6 +992,22 @@ static void trace(const trial *t, int step, const ecp_report *r)
             r->patches_kept, (double)r->largest_turn, -(double)r->worst_gap, t->energy);
 }
 
+/* a step, or with `stress advance` the same time within a tolerance */
+static void go_on(trial *t, ecp_report *r)
+{
+    ecp_advance_options o = ecp_advance_options_default();
+    ecp_advance_report a;
+    if (scene_advance_order == 0) {
+        ecp_step(t->s.world, (ecp_real)t->h, NULL, r);
+        return;
+    }
+    o.tolerance = (ecp_real)(in_double ? 1e-4 : 2e-3);
+    o.max_solves = 20000;
+    ecp_advance(t->s.world, (ecp_real)t->h, &o, &a);
+    *r = a.step;
+    r->status = a.status;
+}
+
 static void run_case(const family *f, int number, int full, int traced, tally *sum)
 {
     trial *t = (trial *)calloc(1, sizeof *t);
@@ -1004,6 +1021,7 @@ static void run_case(const family *f, int number, int full, int traced, tally *s
     t->trace = traced;
     t->s.seed = scene_seed(f->name, number);
     f->build(t);
+    if (scene_advance_order > 0 && t->steps > 60) t->steps = 60;
     set = distance_open(t->s.world);
     prepare(t, &set);
     sum->cases++;
@@ -1011,7 +1029,7 @@ static void run_case(const family *f, int number, int full, int traced, tally *s
         ecp_report r;
         if (step % 4096 == 0) progress(f, number, full ? f->full : f->quick, step);
         if (t->drive) t->drive(t, step);
-        ecp_step(t->s.world, (ecp_real)t->h, NULL, &r);
+        go_on(t, &r);
         sum->steps++;
         count_report(&r, sum);
         by_half[2 * step >= t->steps] += r.fallbacks != 0;
@@ -1055,13 +1073,15 @@ static void print_row(const family *f, const tally *r)
 
 int main(int argc, char **argv)
 {
-    int count = (int)(sizeof families / sizeof families[0]), run = 0, full, i, k;
+    int count = (int)(sizeof families / sizeof families[0]), run = 0, full, advance, i, k;
     const char *filter = argc > 2 ? argv[2] : "";
     tally sum;
     memset(&sum, 0, sizeof sum);
     full = argc > 1 && strcmp(argv[1], "full") == 0;
-    if (argc > 4 || (argc > 1 && !full && strcmp(argv[1], "quick") != 0)) {
-        fprintf(stderr, "usage: stress [quick|full] [family] [case]\n");
+    advance = argc > 1 && strcmp(argv[1], "advance") == 0;
+    if (advance) scene_advance_order = 6;
+    if (argc > 4 || (argc > 1 && !full && !advance && strcmp(argv[1], "quick") != 0)) {
+        fprintf(stderr, "usage: stress [quick|full|advance] [family] [case]\n");
         return 2;
     }
     printf("%-9s %5s %8s %8s %7s %6s %6s %6s %6s %8s %8s %8s %8s %7s %5s %6s\n",
@@ -1072,7 +1092,7 @@ int main(int argc, char **argv)
         tally row;
         if (!strstr(f->name, filter)) continue;
         memset(&row, 0, sizeof row);
-        for (k = 0; k < (full ? f->full : f->quick); k++) {
+        for (k = 0; k < (full ? f->full : f->quick) && !(advance && k == 6); k++) {
             if (argc < 4 || atoi(argv[3]) == k) run_case(f, k, full, argc == 4, &row);
         }
         print_row(f, &row);

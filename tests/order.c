@@ -1,0 +1,649 @@
+/* What ecp_advance costs and how far it is from the truth (`make order`): scenes whose motion is known
+   in closed form or from an ordinary differential equation, for tolerances from 1e-3 to 1e-10. The
+   error is the largest one in position (m), turn (rad), velocity and angular velocity. Lines end in
+   the last line's figures at the tolerance 1e-9. */
+
+#define ECPSIM_IMPLEMENTATION
+#include "../ecpsim.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#define G 9.8
+
+typedef struct truth {
+    double x[3], q[4], v[3], w[3];
+    int turn; /* q counts */
+} truth;
+
+typedef struct scene {
+    const char *name;
+    double duration;
+    void (*build)(truth *t);
+    ecp_load load;
+} scene;
+
+static const double pi = 3.14159265358979323846;
+static ecp_world *world;
+static ecp_material material;
+
+static void must(ecp_status status)
+{
+    if (status == ECP_OK) return;
+    fprintf(stderr, "%s\n", ecp_status_string(status));
+    exit(2);
+}
+
+static void open_world(double mu, double e_r)
+{
+    ecp_world_desc d = ecp_world_desc_default();
+    size_t bytes;
+    d.max_bodies = 2;
+    d.max_shapes = 4;
+    d.max_patches = 3;
+    d.advance_order = 8;
+    bytes = ecp_world_memsize(&d);
+    must(ecp_world_init(&world, &d, malloc(bytes), bytes));
+    material = ecp_material_default();
+    material.mu = mu;
+    material.e_r = e_r;
+}
+
+static void ground(double slope)
+{
+    ecp_body_desc b = ecp_body_desc_default();
+    ecp_real up[3] = {0, 0, 1};
+    ecp_shape s;
+    up[0] = sin(slope);
+    up[2] = cos(slope);
+    b.kind = ECP_STATIC;
+    must(ecp_body_add(world, &b, NULL));
+    must(ecp_shape_half_space(&s, up, 0));
+    must(ecp_body_add_shape(world, 0, &s, NULL, NULL, &material, NULL));
+}
+
+/* a body of the inertia of its shape, or of what is given, with the state that is in *t */
+static void body(const ecp_shape *s, double mass, const double *inertia, const truth *t)
+{
+    ecp_body_desc b = ecp_body_desc_default();
+    ecp_mass m;
+    int k, at;
+    if (s) ecp_shape_mass(s, 1, &m);
+    b.mass = mass;
+    for (k = 0; k < 9; k++) {
+        b.inertia[k] = inertia ? (k % 4 ? 0 : inertia[k / 4]) : m.inertia[k] * mass / m.mass;
+    }
+    for (k = 0; k < 3; k++) {
+        b.position[k] = t->x[k];
+        b.velocity[k] = t->v[k];
+        b.angular_velocity[k] = t->w[k];
+    }
+    for (k = 0; k < 4; k++) b.rotation[k] = t->q[k];
+    must(ecp_body_add(world, &b, &at));
+    if (s) must(ecp_body_add_shape(world, at, s, NULL, NULL, &material, NULL));
+}
+
+static void box(ecp_shape *s, double x, double y, double z)
+{
+    ecp_real half[3];
+    half[0] = x;
+    half[1] = y;
+    half[2] = z;
+    must(ecp_shape_box(s, half));
+}
+
+static void turn_y(truth *t, double angle)
+{
+    t->q[0] = cos(angle / 2);
+    t->q[1] = t->q[3] = 0;
+    t->q[2] = sin(angle / 2);
+}
+
+static truth at_rest(double z)
+{
+    truth t;
+    memset(&t, 0, sizeof t);
+    t.q[0] = 1;
+    t.x[2] = z;
+    return t;
+}
+
+/* ---- scenes: build makes the world and leaves the state at the end in *t */
+
+static void build_fall(truth *t)
+{
+    ecp_shape s;
+    open_world(0.5, 0);
+    ground(0);
+    box(&s, 0.2, 0.1, 0.05);
+    *t = at_rest(1);
+    t->v[0] = 1;
+    t->v[2] = 2;
+    t->w[2] = 3;
+    body(&s, 1, NULL, t);
+    t->x[0] = 0.5;
+    t->x[2] = 1 + 2 * 0.5 - G * 0.125;
+    t->v[2] = 2 - G * 0.5;
+    t->q[0] = cos(0.75);
+    t->q[3] = sin(0.75);
+    t->turn = 1;
+}
+
+/* falls 0.5 m, loses what mu takes of the tangential velocity in the impact, slides */
+static void build_landing(truth *t)
+{
+    double fall = sqrt(2 * 0.5 / G), rest = 0.6 - fall, v = 2 - 0.2 * G * fall;
+    ecp_shape s;
+    open_world(0.2, 0);
+    ground(0);
+    box(&s, 0.2, 0.1, 0.05);
+    *t = at_rest(0.55);
+    t->v[0] = 2;
+    body(&s, 1, NULL, t);
+    t->x[0] = 2 * fall + v * rest - 0.1 * G * rest * rest;
+    t->x[2] = 0.05;
+    t->v[0] = v - 0.2 * G * rest;
+    t->turn = 1;
+}
+
+static void table(truth *t)
+{
+    const double inertia[3] = {0.3327, 0.3327, 0.4458};
+    ecp_shape leg;
+    int k;
+    open_world(0.12, 1);
+    ground(0);
+    *t = at_rest(0.3);
+    t->v[0] = 4;
+    t->v[1] = 3;
+    body(NULL, 5, inertia, t);
+    must(ecp_shape_cylinder(&leg, 0.1, 0.2));
+    for (k = 0; k < 3; k++) {
+        ecp_real at[3] = {0, 0, -0.1};
+        at[0] = 0.3 * cos(2 * pi * k / 3);
+        at[1] = 0.3 * sin(2 * pi * k / 3);
+        must(ecp_body_add_shape(world, 1, &leg, at, NULL, &material, NULL));
+    }
+    t->turn = 1;
+}
+
+/* Example 1 while it slides, and beyond its stop */
+static void build_sliding(truth *t)
+{
+    double path;
+    table(t);
+    path = 5 * 3 - 0.06 * G * 9;
+    t->x[0] = 0.8 * path;
+    t->x[1] = 0.6 * path;
+    t->v[0] = 0.8 * (5 - 0.12 * G * 3);
+    t->v[1] = 0.6 * (5 - 0.12 * G * 3);
+}
+
+static void build_example1(truth *t)
+{
+    table(t);
+    t->x[0] = 0.8 * 10.6292517006803;
+    t->x[1] = 0.6 * 10.6292517006803;
+    t->v[0] = t->v[1] = 0;
+}
+
+/* truths T3, by its differential equations: w and V (complex), with classical Runge-Kutta */
+static void t3_rate(const long double y[6], long double d[6])
+{
+    const long double m = 3, I = 0.125L, H = 0.25L, mu = 0.22L, er = 0.1L, g = 9.8L;
+    long double A = y[0] * y[0] + y[1] * y[1], B = er * er * y[2] * y[2];
+    long double C = mu * H * y[2] * mu * H * y[2], b = A + B - C;
+    long double s = sqrtl((b + sqrtl(b * b + 4 * B * C)) / 2);
+    long double k = mu * m * g / s, a = mu * H * y[2] / s, f = -k / (1 + a * a) / m;
+    d[0] = f * (y[0] - a * y[1]);
+    d[1] = f * (y[1] + a * y[0]);
+    d[2] = -er * er * mu * m * g * y[2] / s / I;
+    d[3] = y[0];
+    d[4] = y[1];
+    d[5] = y[2];
+}
+
+/* theta'' = -p^2 sin(al - theta), theta >= 0, of a block that rocks */
+static long double rock_p2, rock_al;
+static void rock_rate(const long double *y, long double *d)
+{
+    d[0] = y[1];
+    d[1] = -rock_p2 * sinl(rock_al - y[0]);
+}
+
+static void runge_kutta(void (*rate)(const long double *, long double *), int n, long double *y,
+                        long double duration, int steps)
+{
+    long double k[4][6], z[6], h = duration / steps;
+    int i, j, s;
+    for (i = 0; i < steps; i++) {
+        for (s = 0; s < 4; s++) {
+            for (j = 0; j < n; j++) {
+                z[j] = y[j] + (s == 0 ? 0 : (s == 3 ? h : h / 2) * k[s - 1][j]);
+            }
+            rate(z, k[s]);
+        }
+        for (j = 0; j < n; j++) y[j] += h / 6 * (k[0][j] + 2 * k[1][j] + 2 * k[2][j] + k[3][j]);
+    }
+}
+
+static void build_t3(truth *t)
+{
+    const double inertia[3] = {0.125, 0.125, 0.125};
+    long double y[6] = {1, 0, 5, 0, 0, 0};
+    ecp_shape s;
+    open_world(0.22, 0.1);
+    ground(0);
+    box(&s, 0.3, 0.3, 0.25);
+    *t = at_rest(0.25);
+    t->v[0] = 1;
+    t->w[2] = 5;
+    body(&s, 3, inertia, t);
+    runge_kutta(t3_rate, 6, y, 0.3L, 3000);
+    t->v[0] = (double)y[0];
+    t->v[1] = (double)y[1];
+    t->w[2] = (double)y[2];
+    t->x[0] = (double)y[3];
+    t->x[1] = (double)y[4];
+    t->q[0] = cos((double)y[5] / 2);
+    t->q[3] = sin((double)y[5] / 2);
+    t->turn = 1;
+}
+
+/* truths T3: spins on the spot until t = I w / (e_r mu m g) */
+static void build_spin(truth *t)
+{
+    const double inertia[3] = {0.125, 0.125, 0.125};
+    double stop = 0.125 * 5 / (0.1 * 0.22 * 3 * G), angle = 5 * stop / 2;
+    ecp_shape s;
+    open_world(0.22, 0.1);
+    ground(0);
+    box(&s, 0.3, 0.3, 0.25);
+    *t = at_rest(0.25);
+    t->w[2] = 5;
+    body(&s, 3, inertia, t);
+    t->w[2] = 0;
+    t->q[0] = cos(angle / 2);
+    t->q[3] = sin(angle / 2);
+    t->turn = 1;
+}
+
+/* a block of half sizes 0.1 x 0.3 on its right edge, the angle to the right, or mirrored */
+static void block_state(truth *t, double theta, double rate, int side)
+{
+    double R = sqrt(0.1), al = atan2(0.1, 0.3), c = al - theta;
+    t->x[0] = 0.1 - R * sin(c);
+    t->x[2] = R * cos(c);
+    t->v[0] = R * cos(c) * rate;
+    t->v[2] = R * sin(c) * rate;
+    if (side < 0) {
+        t->x[0] = -t->x[0];
+        t->v[0] = -t->v[0];
+    }
+    turn_y(t, side * theta);
+    t->w[1] = side * rate;
+    t->turn = 1;
+}
+
+static void build_block(truth *t)
+{
+    ecp_shape s;
+    rock_al = atan2l(0.1L, 0.3L);
+    rock_p2 = 3 * 9.8L / (4 * sqrtl(0.1L));
+    open_world(2, 0);
+    ground(0);
+    box(&s, 0.1, 0.1, 0.3);
+    *t = at_rest(0);
+    block_state(t, (double)rock_al / 2, 0, 1);
+    body(&s, 1, NULL, t);
+}
+
+static void build_rocking(truth *t)
+{
+    long double y[2];
+    build_block(t);
+    y[0] = rock_al / 2;
+    y[1] = 0;
+    runge_kutta(rock_rate, 2, y, 0.27L, 4000);
+    block_state(t, (double)y[0], (double)y[1], 1);
+}
+
+/* through the impact: momentum about the new edge leaves 1 - 3/2 sin^2(al) of the angular velocity */
+static void build_impact(truth *t)
+{
+    long double y[2], past = 0.27L;
+    int k;
+    build_block(t);
+    y[0] = rock_al / 2;
+    y[1] = 0;
+    runge_kutta(rock_rate, 2, y, past, 4000);
+    for (k = 0; k < 8; k++) {
+        long double d = -y[0] / y[1];
+        runge_kutta(rock_rate, 2, y, d, 10);
+        past += d;
+    }
+    y[0] = 0;
+    y[1] = -y[1] * (1 - 1.5L * 0.1L);
+    runge_kutta(rock_rate, 2, y, 0.6L - past, 4000);
+    block_state(t, (double)y[0], (double)y[1], -1);
+}
+
+static void build_slip(truth *t)
+{
+    double th = 0.5, a = G * (sin(th) - 0.3 * cos(th));
+    ecp_shape s;
+    open_world(0.3, 0);
+    ground(th);
+    box(&s, 0.2, 0.1, 0.05);
+    *t = at_rest(0);
+    turn_y(t, th);
+    t->x[0] = 0.05 * sin(th);
+    t->x[2] = 0.05 * cos(th);
+    body(&s, 1, NULL, t);
+    t->x[0] += a / 2 * cos(th);
+    t->x[2] -= a / 2 * sin(th);
+    t->v[0] = a * cos(th);
+    t->v[2] = -a * sin(th);
+    t->turn = 1;
+}
+
+static void build_stick(truth *t)
+{
+    double th = 0.5;
+    ecp_shape s;
+    open_world(0.6, 0);
+    ground(th);
+    box(&s, 0.2, 0.1, 0.05);
+    *t = at_rest(0);
+    turn_y(t, th);
+    t->x[0] = 0.05 * sin(th);
+    t->x[2] = 0.05 * cos(th);
+    body(&s, 1, NULL, t);
+    t->turn = 1;
+}
+
+/* slides, then rolls */
+static void build_roll(truth *t)
+{
+    double stop = 2 / (7 * 0.2 * G);
+    ecp_shape s;
+    open_world(0.2, 0);
+    ground(0);
+    must(ecp_shape_sphere(&s, 0.1));
+    *t = at_rest(0.1);
+    t->v[0] = 1;
+    body(&s, 1, NULL, t);
+    t->x[0] = 12 / (49 * 0.2 * G) + 5.0 / 7 * (1 - stop);
+    t->v[0] = 5.0 / 7;
+    t->w[1] = 50.0 / 7;
+}
+
+static void build_roll_down(truth *t)
+{
+    double th = 0.3, a = G * sin(th) * 5 / 7;
+    ecp_shape s;
+    open_world(0.5, 0);
+    ground(th);
+    must(ecp_shape_sphere(&s, 0.1));
+    *t = at_rest(0);
+    t->x[0] = 0.1 * sin(th);
+    t->x[2] = 0.1 * cos(th);
+    body(&s, 1, NULL, t);
+    t->x[0] += a / 2 * cos(th);
+    t->x[2] -= a / 2 * sin(th);
+    t->v[0] = a * cos(th);
+    t->v[2] = -a * sin(th);
+    t->w[1] = a / 0.1;
+}
+
+/* a load that grows: 2.3 N/s sideways, 7.7 N/s upwards */
+static void push(void *user, ecp_world *w, ecp_real time)
+{
+    ecp_real f[3] = {0, 0, 0};
+    (void)user;
+    f[0] = 2.3 * time;
+    must(ecp_body_apply_force(w, 1, f, NULL));
+}
+
+static void build_push(truth *t)
+{
+    double late = 2 - 0.3 * G / 2.3;
+    ecp_shape s;
+    open_world(0.3, 0);
+    ground(0);
+    box(&s, 0.2, 0.1, 0.05);
+    *t = at_rest(0.05);
+    body(&s, 1, NULL, t);
+    t->x[0] = 2.3 * late * late * late / 6;
+    t->v[0] = 2.3 * late * late / 2;
+    t->turn = 1;
+}
+
+static void lift(void *user, ecp_world *w, ecp_real time)
+{
+    ecp_real f[3] = {0, 0, 0};
+    (void)user;
+    f[2] = 7.7 * time;
+    must(ecp_body_apply_force(w, 1, f, NULL));
+}
+
+static void build_lift(truth *t)
+{
+    double late = 2 - G / 7.7;
+    build_push(t);
+    *t = at_rest(0.05 + 7.7 * late * late * late / 6);
+    t->v[2] = 7.7 * late * late / 2;
+    t->turn = 1;
+}
+
+static const scene scenes[] = {
+    {"free fall", 0.5, build_fall, NULL},
+    {"landing, then sliding", 0.6, build_landing, NULL},
+    {"T1 while it slides", 3, build_sliding, NULL},
+    {"T1 beyond its stop", 5, build_example1, NULL},
+    {"T3 spin and slide", 0.3, build_t3, NULL},
+    {"T3 spins to a stop", 1.5, build_spin, NULL},
+    {"T5 rocking block", 0.27, build_rocking, NULL},
+    {"T5 through its impact", 0.6, build_impact, NULL},
+    {"T5 slip on an incline", 1, build_slip, NULL},
+    {"T5 stick on an incline", 1, build_stick, NULL},
+    {"T6 slides, then rolls", 1, build_roll, NULL},
+    {"T6 rolls down", 1, build_roll_down, NULL},
+    {"pushed until it slips", 2, build_push, push},
+    {"pulled until it lifts", 2, build_lift, lift},
+};
+#define SCENES (int)(sizeof scenes / sizeof *scenes)
+
+/* ---- runs */
+
+static double largest(double a, double b) { return a > b || a != a ? a : b; }
+
+static double error_of(const truth *t)
+{
+    ecp_real x[3], q[4], v[3], w[3];
+    double worst = 0, dot = 0;
+    int k;
+    must(ecp_body_get_state(world, ecp_world_body_count(world) - 1, x, q, v, w));
+    for (k = 0; k < 3; k++) {
+        worst = largest(fabs(x[k] - t->x[k]), worst);
+        worst = largest(fabs(v[k] - t->v[k]), worst);
+        worst = largest(fabs(w[k] - t->w[k]), worst);
+    }
+    for (k = 0; k < 4; k++) dot += q[k] * t->q[k];
+    for (k = 0; t->turn && k < 4; k++) {
+        worst = largest(2 * fabs(q[k] - (dot < 0 ? -t->q[k] : t->q[k])), worst);
+    }
+    return worst;
+}
+
+/* overlap of the contacts at the end, by support functions */
+static double overlap(void)
+{
+    double worst = 0;
+    ecp_contact c;
+    int k;
+    for (k = 0; k < ecp_contact_count(world); k++) {
+        must(ecp_contact_get(world, k, &c));
+        worst = largest(-c.separation, worst);
+    }
+    return worst;
+}
+
+static double seconds(void) { return (double)clock() / CLOCKS_PER_SEC; }
+
+static double advance(double duration, double tolerance, ecp_load load, ecp_advance_report *r)
+{
+    ecp_advance_options o = ecp_advance_options_default();
+    double begin = seconds();
+    o.tolerance = tolerance;
+    o.load = load;
+    must(ecp_advance(world, duration, &o, r));
+    return seconds() - begin;
+}
+
+/* the least time in which first-order steps are within 1e-3 of Example 1's stop, in ms */
+static double first_order(double *h_out)
+{
+    double h = 0.01, ms, error;
+    truth t;
+    do {
+        double begin;
+        int k, steps = (int)(5 / h + 0.5);
+        build_example1(&t);
+        begin = seconds();
+        for (k = 0; k < steps; k++) must(ecp_step(world, h, NULL, NULL));
+        ms = 1e3 * (seconds() - begin);
+        error = error_of(&t);
+        free(world);
+        *h_out = h;
+        h /= error > 2e-3 ? 2 : 1.1;
+    } while (error > 1e-3);
+    return ms;
+}
+
+/* ---- T7: a body that flips over and over */
+
+static const double t7_inertia[3] = {1, 2, 3};
+
+static void body_axes(double w[3])
+{
+    ecp_real q[4], v[3], R[9];
+    int k;
+    must(ecp_body_get_state(world, 0, NULL, q, NULL, v));
+    ecp_quat_to_matrix(q, R);
+    for (k = 0; k < 3; k++) w[k] = R[k] * v[0] + R[3 + k] * v[1] + R[6 + k] * v[2];
+}
+
+/* the time from now until the angular velocity about the middle axis is zero, and the world then */
+static double next_flip(double tolerance)
+{
+    size_t bytes = ecp_world_state_size(world);
+    void *before = malloc(bytes);
+    double w[3], sign, time = 0, guess = 0.5;
+    int k;
+    body_axes(w);
+    sign = w[1] > 0 ? 1 : -1;
+    if (!before) exit(2);
+    for (;;) {
+        memcpy(before, world, bytes);
+        advance(1, tolerance, NULL, NULL);
+        body_axes(w);
+        if (w[1] * sign < 0) break;
+        time += 1;
+    }
+    for (k = 0; k < 8; k++) {
+        memcpy(world, before, bytes);
+        advance(guess, tolerance, NULL, NULL);
+        body_axes(w);
+        guess -= w[1] / (w[0] * w[2]); /* I2 w2' = (I3 - I1) w3 w1 */
+    }
+    free(before);
+    return time + guess;
+}
+
+static double flip_interval_error(double tolerance)
+{
+    const ecp_real none[3] = {0, 0, 0};
+    double w[3], energy = 0, momentum[3], before[3], drift = 0, interval;
+    ecp_real R[9], q[4], v[3];
+    ecp_advance_report r;
+    truth t = at_rest(0);
+    int k, j;
+    open_world(0, 0);
+    must(ecp_world_set_gravity(world, none));
+    t.w[0] = t.w[2] = 0.01;
+    t.w[1] = 1;
+    for (k = 0; k < 3; k++) before[k] = t7_inertia[k] * t.w[k];
+    body(NULL, 1, t7_inertia, &t);
+    next_flip(tolerance);
+    /* off the zero, so that the next one is another */
+    advance(1, tolerance, NULL, NULL);
+    interval = 1 + next_flip(tolerance);
+    advance(20, tolerance, NULL, &r);
+    body_axes(w);
+    must(ecp_body_get_state(world, 0, NULL, q, NULL, v));
+    ecp_quat_to_matrix(q, R);
+    for (k = 0; k < 3; k++) energy += t7_inertia[k] * w[k] * w[k];
+    for (k = 0; k < 3; k++) {
+        for (j = 0, momentum[k] = 0; j < 3; j++) {
+            momentum[k] += R[3 * k + j] * t7_inertia[j] * w[j];
+        }
+        drift = largest(fabs(momentum[k] - before[k]), drift);
+    }
+    printf(
+        "T7 at %.0e: %d solves in 20 s, flip interval off by %.2e s, energy drift %.2e, momentum "
+        "drift %.2e in 50 s (of 2)\n",
+        tolerance, r.solves, interval - 19.55286710, energy - 2.0004, drift);
+    free(world);
+    return interval - 19.55286710;
+}
+
+int main(int argc, char **argv)
+{
+    double worst = 0, t3 = 0, rock = 0, ex1 = 0, ex1_ms = 0, first_ms, h, flip = 0, tolerance;
+    int t3_solves = 0, rock_solves = 0, ex1_solves = 0, i, digits,
+        last = argc > 1 ? atoi(argv[1]) : 10;
+    printf("%-24s %9s %9s %7s %9s %7s %6s %6s %9s\n", "scene", "tolerance", "error", "solves",
+           "seconds", "events", "first", "order", "overlap");
+    for (i = 0; i < SCENES; i++) {
+        for (digits = 3; digits <= last; digits++) {
+            ecp_advance_report r;
+            truth t;
+            double s, error, depth;
+            tolerance = pow(10, -digits);
+            scenes[i].build(&t);
+            s = advance(scenes[i].duration, tolerance, scenes[i].load, &r);
+            error = error_of(&t);
+            depth = overlap();
+            worst = largest(error / tolerance, worst);
+            printf("%-24s %9.0e %9.2e %7d %9.2e %7d %6d %6d %9.1e\n", scenes[i].name, tolerance,
+                   error, r.solves, s, r.events, r.first_order, r.highest_order, depth);
+            free(world);
+            if (digits != 9) continue;
+            if (scenes[i].build == build_t3) {
+                t3 = error;
+                t3_solves = r.solves;
+            } else if (scenes[i].build == build_rocking) {
+                rock = error;
+                rock_solves = r.solves;
+            } else if (scenes[i].build == build_example1) {
+                ex1 = error;
+                ex1_solves = r.solves;
+                ex1_ms = 1e3 * s;
+            }
+        }
+    }
+    for (digits = 6; digits <= last; digits += 3) flip = flip_interval_error(pow(10, -digits));
+    first_ms = first_order(&h);
+    printf("first-order steps of Example 1 to 1e-3: h = %.2e, %.1f ms\n", h, first_ms);
+    printf("order: scenes=%d worst_error_over_tolerance=%.2e t3_error=%.2e t3_solves=%d "
+           "rock_error=%.2e rock_solves=%d example1_error=%.2e example1_solves=%d example1_ms=%.2f "
+           "first_order_1e-3_ms=%.1f flip_interval_error_s=%.2e\n",
+           SCENES + 1, worst, t3, t3_solves, rock, rock_solves, ex1, ex1_solves, ex1_ms, first_ms,
+           fabs(flip));
+    return !(worst <= 100 && fabs(t3) <= 1e-8 && rock <= 1e-8 && ex1 <= 1e-8 && t3_solves <= 500 &&
+             rock_solves <= 700 && ex1_solves <= 1000 && ex1_ms < first_ms && fabs(flip) <= 1e-6);
+}

@@ -1,6 +1,8 @@
 # make run     builds and runs the paper's examples
 # make test    everything that is tested, with every compiler that is here
-# make stress  two million steps of extreme scenes, in double and in float (stress-quick: a sample)
+# make stress  two million steps of extreme scenes, in double and in float (stress-quick: a sample;
+#              build/stress advance: a sample by ecp_advance)
+# make order   error and cost of ecp_advance against closed forms, for tolerances 1e-3 .. 1e-10
 # make scale   time a step over the size of the scene
 # make size    flash and RAM of scenes on a Cortex-M4F and x86-64 (needs gcc-arm-none-eabi, qemu)
 # make firmware  programs without an operating system; firmware-test runs them under qemu
@@ -17,7 +19,7 @@ CC ?= cc
 CFLAGS ?= -O2
 WARN = -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wdouble-promotion \
        -Wundef -Werror
-EXAMPLES = minimal table_translate table_rock table_spin push_stool contact_modes solve_mcp
+EXAMPLES = minimal table_translate table_rock table_spin push_stool contact_modes solve_mcp advance
 
 run: $(EXAMPLES:%=build/%) build/table_translate_float
 	@cd build && ../examples/run.sh
@@ -47,6 +49,9 @@ both = build/stress_float $(1) >build/stress_float.out 2>&1 & float=$$!; \
 	wait $$float; float_failed=$$?; cat build/stress_float.out; \
 	exit $$((double | float_failed))
 
+order: build/order
+	@build/order
+
 scale: build/scale
 	@build/scale
 
@@ -55,6 +60,9 @@ build/stress: tests/stress.c tests/scene.h tests/distance.h ecpsim.h | build
 
 build/stress_float: tests/stress.c tests/scene.h tests/distance.h ecpsim.h | build
 	$(CC) -std=c99 $(CFLAGS) $(WARN) -DECPSIM_FLOAT tests/stress.c -o $@ -lm
+
+build/order: tests/order.c ecpsim.h | build
+	$(CC) -std=c99 $(CFLAGS) -Wall -Wextra -Wpedantic -Wshadow tests/order.c -o $@ -lm
 
 build/scale: tests/scale.c tests/scene.h ecpsim.h | build
 	$(CC) -std=c99 $(CFLAGS) $(WARN) tests/scale.c -o $@ -lm
@@ -142,5 +150,5 @@ build/report: $(REPORT_SOURCES) $(REPORT_HEADERS) build/report_double.o build/re
 clean:
 	rm -rf build
 
-.PHONY: run test stress stress-quick scale size firmware firmware-test hashes \
+.PHONY: run test stress stress-quick order scale size firmware firmware-test hashes \
 	hashes-accept fuzz fuzz-quick fuzz-afl matrix report plots clean

@@ -17,6 +17,7 @@ show 'Figure 1: a finger pushes a stool and stops' push_stool
 show 'Figure 2: point, line, surface, two and three patches, and a box that passes through them' \
     contact_modes
 show 'The complementarity solver by itself' solve_mcp
+show 'A rocking block to a time within a tolerance, against steps' advance
 
 # the last column of every CSV file is the scaled residual of the printed equations after that step
 printf '\nThe equations as the paper prints them, over all steps of the CSV files\n'

@@ -8148,6 +8148,17 @@ static void ecp_i_add_carried(ecp_real *x, ecp_real *carry, ecp_real dx)
 #define ECP_I_LARGEST_TURN ECP_R(1e150)
 #endif
 
+static ecp_status ecp_i_check_turn(ecp_i_step *s, int body, const ecp_real w[3])
+{
+    int k;
+    for (k = 0; k < 3; k++) {
+        ecp_real turn = ecp_i_abs(s->h * w[k]);
+        if (turn <= ECP_I_LARGEST_TURN) continue;
+        return ecp_i_fail(s->r, ECP_NOT_FINITE, body, -1, -1, turn, ECP_I_LARGEST_TURN);
+    }
+    return ECP_OK;
+}
+
 static ecp_status ecp_i_commit(ecp_i_step *s)
 {
     ecp_world *w = s->w;
@@ -8160,11 +8171,7 @@ static ecp_status ecp_i_commit(ecp_i_step *s)
             !ecp_i_all_finite(9, m->R)) {
             return ecp_i_fail(s->r, ECP_NOT_FINITE, i, -1, -1, m->v[0], 0);
         }
-        for (k = 3; k < 6; k++) {
-            ecp_real turn = ecp_i_abs(s->h * m->v[k]);
-            if (turn <= ECP_I_LARGEST_TURN) continue;
-            return ecp_i_fail(s->r, ECP_NOT_FINITE, i, -1, -1, turn, ECP_I_LARGEST_TURN);
-        }
+        if (ecp_i_check_turn(s, i, m->v + 3) != ECP_OK) return ECP_NOT_FINITE;
     }
     for (i = 0; i < w->bodies; i++) {
         const ecp_i_motion *m = s->motions + i;
@@ -8195,7 +8202,7 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
                                   ecp_report *r)
 {
     ecp_i_step s;
-    ecp_status status;
+    ecp_status status = ECP_OK;
     int i, asleep;
     s.extras = s.pair_count = s.sleepers = 0;
     s.w = world;
@@ -8211,8 +8218,11 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
         const ecp_i_body *b = ecp_i_bodies(world) + i;
         s.motions[i].quiet = s.sleepers && b->asleep;
         if (b->kind != ECP_I_FREE) ecp_i_predict(world, b, h, s.motions + i);
+        if (b->kind == ECP_KINEMATIC && status == ECP_OK) {
+            status = ecp_i_check_turn(&s, i, b->v + 3);
+        }
     }
-    status = asleep ? ECP_OK : ecp_i_solve_all(&s);
+    if (status == ECP_OK && !asleep) status = ecp_i_solve_all(&s);
     for (i = 0; i < world->bodies; i++) {
         r->largest_turn = ecp_i_max(r->largest_turn, h * ecp_i_norm(s.motions[i].v + 3));
     }

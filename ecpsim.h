@@ -6943,7 +6943,7 @@ static void ecp_i_carve_vectors(ecp_i_arena *arena, int unknowns, ecp_real *vect
 {
     int k;
     vectors[0] = ecp_i_take_reals(arena, unknowns, 7);
-    for (k = 1; vectors[0] && k < 7; k++) vectors[k] = vectors[k - 1] + unknowns;
+    for (k = 1; k < 7; k++) vectors[k] = vectors[0] ? vectors[k - 1] + unknowns : NULL;
 }
 
 /* unknowns of a patch with three friction rows and all multipliers that the description allows */

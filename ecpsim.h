@@ -107,14 +107,14 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT) for a table on three legs, as printed by `make size`, of 43,144.
+   -Os, ECPSIM_FLOAT) for a table on three legs, as printed by `make size`, of 47,672.
 
        ECPSIM_NO_PAIRS     10,112  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
        ECPSIM_FALLBACKS     4,688  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
                                    nothing is said). Options that ask for others are ECP_BAD_OPTION.
-                                   1,116 if it is ECP_FALLBACK_GEOMETRIC; without
-                                   ECP_FALLBACK_SUBSTEPS 540 and the work memory for a second state
+                                   1,148 if it is ECP_FALLBACK_GEOMETRIC; without
+                                   ECP_FALLBACK_SUBSTEPS 548 and the work memory for a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is

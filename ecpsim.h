@@ -709,7 +709,8 @@ typedef enum ecp_rule {
 enum {
     ECP_FALLBACK_GEOMETRIC = 1, /* start from support points at the pose free motion predicts, and
                                       from several points a patch with rough impulses */
-    ECP_FALLBACK_CONTINUATION = 2, /* smoothed complementarity, the smoothing taken to zero */
+    ECP_FALLBACK_CONTINUATION = 2, /* smoothed complementarity and contacts that give way,
+                                      both taken to zero */
     ECP_FALLBACK_MULTISTART = 4,   /* the same from a fixed sequence of disturbed starts */
     ECP_FALLBACK_LOAD = 8,         /* the loads and velocities of the step grow from nothing */
     ECP_FALLBACK_SUBSTEPS = 16     /* shorter steps, each solved like a step, up to 256 of them;
@@ -722,7 +723,8 @@ typedef struct ecp_options {
     ecp_real tolerance; /* of the natural residual in scaled units: 1 is the momentum m vs, the
                            gap h vs and the velocity vs, where vs is the fastest free velocity,
                            or g h at rest. Rounding floors are added to it (docs/numerics.md). */
-    int max_iterations; /* Newton iterations of one attempt */
+    int max_iterations; /* Newton iterations of one attempt; four times as many where its steps
+                           have to be damped */
     int max_total_iterations; /* of all attempts, islands, sub-steps and the centring together, or 0:
                                  as many as it takes. A bound on the time of a step: where it ends
                                  the search the step is ECP_NOT_SOLVED, and where it ends the

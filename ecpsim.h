@@ -5579,8 +5579,8 @@ static ecp_real ecp_i_content(ecp_real tolerance)
 /* how many of the last merits a new one may compare itself with */
 #define ECP_I_MEMORY 4
 
-/* the line search gives up below this part of a Newton step, which then is damped more, or of one that
-   can not be damped more */
+/* the line search gives up below the first part of a step, which then is damped more; below the second
+   of one that can not be damped more */
 #define ECP_I_SHORT_STEP ECP_R(0.02)
 #define ECP_I_SHORTEST_STEP ECP_R(1e-5)
 
@@ -5601,7 +5601,7 @@ static ecp_real ecp_i_content(ecp_real tolerance)
 #endif
 #define ECP_I_MOST_COMPLIANCE ECP_R(10.0)
 
-/* how much dearer the iterations of a damped search are in the limit: it may take as many times more */
+/* a search whose steps are damped may take as many times max_iterations */
 #define ECP_I_DAMPED_LIMIT 4
 
 /* strides begin at residuals below the first, are not longer than the second, and do not raise the
@@ -5655,6 +5655,7 @@ static void ecp_i_take_stride(const ecp_i_problem *p, const ecp_real *z, ecp_rea
 {
     ecp_real size = ecp_i_largest(p->n, p->dz), miss = size * s->compliance, along = 0;
     int i;
+    if (!(size > 0)) return;
     for (i = 0; i < p->n && s->stride > 0; i++) along += p->dz[i] * p->drift[i];
     if (along < 0) {
         s->stride *= miss / (miss + s->miss);
@@ -7994,6 +7995,24 @@ static ecp_status ecp_i_no_room(ecp_i_step *step, const ecp_i_island *s, int lab
                       (ecp_real)(ecp_i_island_wants(s) + spare), (ecp_real)step->w->bytes);
 }
 
+/* the island of the bodies and patches listed under this label, and where their unknowns stand */
+static void ecp_i_gather_island(const ecp_i_step *step, int label, ecp_i_island *s)
+{
+    int i;
+    s->body_count = s->pair_count = 0;
+    for (i = label; i >= 0; i = s->motions[i].next_body) {
+        s->motions[i].at = 6 * s->body_count;
+        s->bodies[s->body_count++] = i;
+    }
+    s->unknowns = 6 * s->body_count;
+    for (i = s->motions[label].first_pair; i >= 0; i = step->pairs[i].next_pair) {
+        ecp_i_pair *c = step->pairs + i;
+        c->at = s->unknowns;
+        s->unknowns += c->count;
+        s->pairs[s->pair_count++] = c;
+    }
+}
+
 static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
 {
     ecp_i_island s;
@@ -8002,7 +8021,6 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     ecp_real *vectors[7], *z, *best, error, merit = 0, natural = step->r->natural_residual;
     size_t mark = step->arena.used;
     int i, solved, centred = 1;
-    s.body_count = s.pair_count = 0;
     s.centring = s.many = s.uncentred = 0;
     s.tree.fronts = NULL;
     s.tree.planned = 0;
@@ -8014,17 +8032,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     s.world = step->w;
     s.nearest = step->o->rule == ECP_NEAREST;
     s.noise = step->o->tolerance / 10;
-    for (i = label; i >= 0; i = s.motions[i].next_body) {
-        s.motions[i].at = 6 * s.body_count;
-        s.bodies[s.body_count++] = i;
-    }
-    s.unknowns = 6 * s.body_count;
-    for (i = s.motions[label].first_pair; i >= 0; i = step->pairs[i].next_pair) {
-        ecp_i_pair *c = step->pairs + i;
-        c->at = s.unknowns;
-        s.unknowns += c->count;
-        s.pairs[s.pair_count++] = c;
-    }
+    ecp_i_gather_island(step, label, &s);
     if (s.pair_count == 0) return ECP_OK;
     ecp_i_carve_vectors(&step->arena, s.unknowns, vectors);
     ECPSIM_ASSERT(!step->arena.overflow);
@@ -9336,8 +9344,8 @@ static void ecp_i_take_impulses(ecp_world *w)
     }
 }
 
-/* a first guess: what moves a body by a tenth of its length, or turns it by as much */
-static ecp_real ecp_i_first_length(const ecp_i_advance *a)
+/* the largest speed of a body, in its lengths a second */
+static ecp_real ecp_i_fastest(const ecp_i_advance *a)
 {
     ecp_real rate = 0;
     int i;
@@ -9345,6 +9353,13 @@ static ecp_real ecp_i_first_length(const ecp_i_advance *a)
         const ecp_i_body *b = ecp_i_bodies(a->w) + i;
         if (b->kind == ECP_DYNAMIC) rate = ecp_i_max(rate, ecp_i_speed_scale(a, b) / b->length);
     }
+    return rate;
+}
+
+/* a first guess: what moves a body by a tenth of its length, or turns it by as much */
+static ecp_real ecp_i_first_length(const ecp_i_advance *a)
+{
+    ecp_real rate = ecp_i_fastest(a);
     return rate > 0 ? ECP_R(0.1) / rate : ECP_R(1.0);
 }
 
@@ -9364,12 +9379,7 @@ static ecp_real ecp_i_longest(const ecp_i_advance *a)
    tolerance */
 static ecp_real ecp_i_least(const ecp_i_advance *a)
 {
-    ecp_real rate = 0;
-    int i;
-    for (i = 0; i < a->w->bodies; i++) {
-        const ecp_i_body *b = ecp_i_bodies(a->w) + i;
-        if (b->kind == ECP_DYNAMIC) rate = ecp_i_max(rate, ecp_i_speed_scale(a, b) / b->length);
-    }
+    ecp_real rate = ecp_i_fastest(a);
     return rate > 0 ? ecp_i_max(a->o.tolerance / 4, 8 * ecp_i_sqrt(ECP_I_EPSILON)) / rate
                     : ECP_R(0);
 }

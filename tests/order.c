@@ -331,11 +331,11 @@ static void build_impact(truth *t)
     block_state(t, (double)y[0], (double)y[1], -1);
 }
 
-static void build_slip(truth *t)
+/* a box on an incline of th: at rest there, as the truth is at first */
+static void box_on_incline(truth *t, double th, double mu)
 {
-    double th = 0.5, a = G * (sin(th) - 0.3 * cos(th));
     ecp_shape s;
-    open_world(0.3, 0);
+    open_world(mu, 0);
     ground(th);
     box(&s, 0.2, 0.1, 0.05);
     *t = at_rest(0);
@@ -343,27 +343,20 @@ static void build_slip(truth *t)
     t->x[0] = 0.05 * sin(th);
     t->x[2] = 0.05 * cos(th);
     body(&s, 1, NULL, t);
+    t->turn = 1;
+}
+
+static void build_slip(truth *t)
+{
+    double th = 0.5, a = G * (sin(th) - 0.3 * cos(th));
+    box_on_incline(t, th, 0.3);
     t->x[0] += a / 2 * cos(th);
     t->x[2] -= a / 2 * sin(th);
     t->v[0] = a * cos(th);
     t->v[2] = -a * sin(th);
-    t->turn = 1;
 }
 
-static void build_stick(truth *t)
-{
-    double th = 0.5;
-    ecp_shape s;
-    open_world(0.6, 0);
-    ground(th);
-    box(&s, 0.2, 0.1, 0.05);
-    *t = at_rest(0);
-    turn_y(t, th);
-    t->x[0] = 0.05 * sin(th);
-    t->x[2] = 0.05 * cos(th);
-    body(&s, 1, NULL, t);
-    t->turn = 1;
-}
+static void build_stick(truth *t) { box_on_incline(t, 0.5, 0.6); }
 
 /* slides, then rolls */
 static void build_roll(truth *t)

@@ -1371,13 +1371,17 @@ ECP_DEF void ecp_chol_solve(int n, const ecp_real *A, int ld, ecp_real *b)
     }
 }
 
-/* |A(k:m, j)|, scaled against overflow and underflow of the squares */
+/* |A(k:m, j)|, scaled where a square that counts would over- or underflow */
 static ecp_real ecp_i_column_norm(int k, int m, int j, const ecp_real *A, int ld)
 {
+    const ecp_real low = ECP_I_SMALLEST / (ECP_I_EPSILON * ECP_I_EPSILON);
     ecp_real big = 0, sum = 0;
     int i;
+    for (i = k; i < m; i++) sum += A[i * ld + j] * A[i * ld + j];
+    if (sum > low && sum < 1 / low) return ecp_i_sqrt(sum);
     for (i = k; i < m; i++) big = ecp_i_max(big, ecp_i_abs(A[i * ld + j]));
     if (!(big > 0)) return 0;
+    sum = 0;
     for (i = k; i < m; i++) {
         ecp_real x = A[i * ld + j] / big;
         sum += x * x;
@@ -2935,7 +2939,7 @@ typedef struct ecp_i_patch {
     ecp_contact contact;
     ecp_real a[3]; /* the ECP in the frame of shape_a */
     int guess;     /* set by ecp_guess_ecp: only `a` means something */
-    int centred;   /* the solution is the one of the rule ECP_CENTRED */
+    int centred; /* 1: the solution is the one of the rule ECP_CENTRED, -1: that was tried in vain */
 } ecp_i_patch;
 
 /* what a step was asked for, as far as its result depends on it */
@@ -5231,12 +5235,14 @@ typedef struct ecp_i_island {
     ecp_i_pair **pairs;
     int pair_count, unknowns;
     ecp_i_arena *arena;
-    ecp_real h, noise; /* noise: velocities, scaled, that count as zero in a warm start */
+    /* what counts as zero in a warm start: velocities, scaled, and turns within the step, in rad */
+    ecp_real h, noise, turn;
     const ecp_world *world;
     int centring;  /* count unknowns from their target in the next Newton step */
     int many;      /* the last Newton step had many solutions */
     int nearest;   /* the rule is ECP_NEAREST: starts keep the ECPs where they can */
-    int uncentred; /* a patch starts from a point that the rule ECP_CENTRED did not choose */
+    int uncentred; /* a patch starts from a point that the rule ECP_CENTRED did not choose, */
+    int in_vain;   /* or could not find */
     size_t begin, blocks_at; /* where the memory of a Newton step begins, and that of its blocks */
     ecp_i_tree tree;
 } ecp_i_island;
@@ -5611,9 +5617,11 @@ static ecp_real ecp_i_content(ecp_real tolerance)
 #define ECP_I_STRIDE_MERIT ECP_R(1e-4)
 
 /* a search in progress: the last merits; what the last residual was, before and after its rounding floor
-   was taken off; the compliance; the length of the last stride, and what it was to mend */
+   was taken off; the former before the last full step, and before the one that led to it (0: not full);
+   the compliance; the length of the last stride, and what it was to mend */
 typedef struct ecp_i_search {
-    ecp_real merits[ECP_I_MEMORY], slack, merit, largest, error, fine, compliance, stride, miss;
+    ecp_real merits[ECP_I_MEMORY], slack, merit, largest, error, before, older, fine, compliance,
+        stride, miss;
 } ecp_i_search;
 
 /* the residual at z + t dz, which p->trial becomes */
@@ -5676,6 +5684,23 @@ static void ecp_i_take_stride(const ecp_i_problem *p, const ecp_real *z, ecp_rea
     ECPSIM_MEMCPY(p->drift, p->dz, (size_t)p->n * sizeof(ecp_real));
 }
 
+/* what a linear solve may add to a residual that it is to make zero, as part of it */
+#define ECP_I_SOLVE_ERROR (ECP_R(1e6) * ECP_I_EPSILON)
+
+/* Are all rows at rounding, so that another iteration would only stir it? They are if they are small, or
+   if they would do without their rounding floors and the last full step was to make them small by the rate
+   of the one before it, e' = e (e / e_older)^2. */
+static int ecp_i_at_rounding(const ecp_i_search *s, ecp_real tolerance)
+{
+    ecp_real aim = ecp_i_aim(tolerance), rate;
+    if (s->largest <= aim) return 1;
+    if (s->error > aim) return 0;
+    if (s->largest <= ecp_i_content(tolerance) / 8) return 1;
+    if (s->largest > tolerance || !(s->older > 0)) return 0;
+    rate = s->before / s->older;
+    return s->before * ecp_i_max(rate * rate, ECP_I_SOLVE_ERROR) <= aim;
+}
+
 /* Newton from z, with a line search on |F|^2 / 2. A step of which the line search takes next to nothing
    is damped, the more the less it helps. Returns 1 with z solved to the tolerance, or 0. It aims at
    rounding, and is content with the tolerance, or with a rounding floor above it, only where another
@@ -5690,7 +5715,8 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     s.error = p->residual(p->self, z, relax, p->F);
     effort->evaluations++;
     s.largest = ecp_i_largest(p->n, p->F);
-    if (s.largest <= ecp_i_aim(tolerance)) return 1;
+    s.before = s.older = 0;
+    if (ecp_i_at_rounding(&s, tolerance)) return 1;
     if (warm && s.error <= ecp_i_content(tolerance)) return 1;
     for (k = 0; k < ECP_I_MEMORY; k++) s.merits[k] = ecp_i_merit(p->n, p->F);
     s.slack = ECP_I_SLACK;
@@ -5701,6 +5727,8 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
         effort->iterations++;
         before = s.largest;
         above = s.error;
+        s.older = s.before;
+        s.before = before;
         t = ecp_i_line_search(p, z, tolerance, relax, &s, effort);
         if (!(t > 0)) {
             /* back to the last point; it may be one that will do */
@@ -5711,6 +5739,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             s.compliance = s.compliance > 0 ? 10 * s.compliance : ECP_I_FIRST_COMPLIANCE;
             continue;
         }
+        if (t < 1 || s.compliance > 0) s.before = s.older = 0;
         if (s.error > tolerance && s.compliance > 0 && 2 * s.error > above &&
             above < ECP_I_STALLED) {
             ecp_i_take_stride(p, z, relax, &s, effort);
@@ -5722,7 +5751,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
         }
         ECPSIM_MEMCPY(z, p->trial, (size_t)p->n * sizeof(ecp_real));
         s.largest = ecp_i_largest(p->n, p->F);
-        if (s.largest <= ecp_i_aim(tolerance)) return 1;
+        if (ecp_i_at_rounding(&s, tolerance)) return 1;
         if (s.error <= tolerance && 2 * s.largest > before &&
             (s.error <= ecp_i_aim(tolerance) || 2 * s.error > above)) {
             return 1;
@@ -7749,8 +7778,9 @@ static void ecp_i_aside(const ecp_i_pair *c, int k, ecp_real a[3])
 /* Start k: the patches warm (0), geometric (1), from several points each (2), geometric for the pose
    that a part of the free motion leads to (3 to 6), or geometric with the ECPs to one side (7 to 10). The warm start's velocities
    balance its impulses (a patch without a history knows its load but not where it acts, and gets no
-   moment); those that are nothing but the rounding of that balance are zero instead, or they would
-   add up to a drift. */
+   moment); those that are nothing but the rounding of that balance, or that the rounding floors of the
+   patches would let pass, are zero instead, or they would add up to a drift, or come and go in turn
+   with the impulse that takes them back. */
 static int ecp_i_island_start(void *self, int k, ecp_real *z)
 {
     static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)}, none[3] = {0, 0, 0};
@@ -7776,7 +7806,8 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         ecp_i_pair *c = s->pairs[i];
         const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
         int warm = k == 0 && old && !old->guess;
-        s->uncentred |= k == 0 && old && !old->centred;
+        s->uncentred |= k == 0 && old && old->centred == 0;
+        s->in_vain |= k == 0 && old && old->centred < 0;
         c->tau = c->give = 0;
         if (warm)
             ecp_i_start_warm(s, c, z + c->at);
@@ -7800,11 +7831,12 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
     if (k == 2) return ecp_i_start_spots(s, z);
     for (i = 0; k == 0 && i < s->body_count; i++) {
         ecp_i_motion *m = s->motions + s->bodies[i];
-        ecp_real unit[2], noise[2];
+        ecp_real unit[2], noise[2], slow;
         unit[0] = m->speed;
         unit[1] = m->speed / m->length;
-        noise[0] = s->noise * unit[0] + m->noise;
-        noise[1] = s->noise * unit[1] + m->noise / m->length;
+        slow = ecp_i_max(m->noise, m->jitter);
+        noise[0] = s->noise * unit[0] + slow;
+        noise[1] = ecp_i_max(s->noise * unit[1] + slow / m->length, s->turn / s->h);
         ecp_i_velocity_change(m, m->residual, dv);
         for (j = 0; j < 6; j++) {
             dv[j] = m->free[j] - dv[j];
@@ -8021,7 +8053,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     ecp_real *vectors[7], *z, *best, error, merit = 0, natural = step->r->natural_residual;
     size_t mark = step->arena.used;
     int i, solved, centred = 1;
-    s.centring = s.many = s.uncentred = 0;
+    s.centring = s.many = s.uncentred = s.in_vain = 0;
     s.tree.fronts = NULL;
     s.tree.planned = 0;
     s.motions = step->motions;
@@ -8032,6 +8064,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     s.world = step->w;
     s.nearest = step->o->rule == ECP_NEAREST;
     s.noise = step->o->tolerance / 10;
+    s.turn = ecp_i_content(step->o->tolerance);
     ecp_i_gather_island(step, label, &s);
     if (s.pair_count == 0) return ECP_OK;
     ecp_i_carve_vectors(&step->arena, s.unknowns, vectors);
@@ -8053,8 +8086,11 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     p.trial = vectors[4];
     ecp_i_island_units(&s);
     solved = ecp_i_solve(&p, step->o, z, &effort);
-    if (solved && step->o->rule == ECP_CENTRED && (s.many || s.uncentred)) {
-        centred = ecp_i_centre(&s, &p, step, z, best, &effort);
+    if (solved && step->o->rule == ECP_CENTRED) {
+        if (s.many || s.uncentred)
+            centred = ecp_i_centre(&s, &p, step, z, best, &effort);
+        else if (s.in_vain && effort.iterations == 0)
+            centred = 0; /* what rests uncentred is left alone */
         step->r->centred &= centred;
     }
     if (step->arena.overflow) return ecp_i_no_room(step, &s, label);
@@ -8080,7 +8116,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
         int at = (int)(c - step->pairs);
         ecp_i_record(c, z + c->at, s.h, step->o, step->records + at,
                      step->multipliers + at * step->w->desc.max_inequalities);
-        step->records[at].centred &= centred;
+        if (!centred) step->records[at].centred = effort.iterations < effort.most ? -1 : 0;
         step->r->worst_cone = ecp_i_max(step->r->worst_cone, ecp_i_cone_violation(c));
     }
     /* what was not written need not be cleared */

@@ -7913,11 +7913,12 @@ static ecp_real ecp_i_centring_length(const ecp_i_island *s, const ecp_real *z, 
 
 /* The rule ECP_CENTRED. From a solution z: the step that stays on the solutions to first order and
    ends nearest to the centres, then Newton back on to them, until nothing moves. Returns 0 where
-   that is not reached: an ECP or an impulse at its limit is in the way. */
+   that is not reached: an ECP or an impulse at its limit is in the way, or z, which stays as it was
+   then, solves the equations to a tolerance that the other does not. */
 static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_step *step,
                         ecp_real *z, ecp_real *best, ecp_i_effort *effort)
 {
-    ecp_real size, t;
+    ecp_real size, t, most = ecp_i_max(step->o->tolerance, ecp_i_largest(p->n, p->F));
     int round, i, k;
     for (round = 0; round < 20; round++) {
         ECPSIM_MEMCPY(best, z, (size_t)p->n * sizeof(ecp_real));
@@ -7932,7 +7933,8 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
         }
         t = ecp_i_centring_length(s, z, p->dz);
         for (i = 0; i < p->n; i++) z[i] += t * p->dz[i];
-        if (ecp_i_newton(p, 0, step->o->tolerance, 10, 0, z, effort)) {
+        if (ecp_i_newton(p, 0, step->o->tolerance, 10, 0, z, effort) &&
+            ecp_i_largest(p->n, p->F) <= most) {
             if (size <= ecp_i_sqrt(step->o->tolerance) / 10) return 1;
             if (!(t > 0)) return 0;
             continue;

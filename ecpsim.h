@@ -3642,27 +3642,32 @@ static int ecp_i_implicit_rotation(const ecp_real inertia[9], const ecp_real w0[
 /* The gyroscopic moment w x I w of p_vp. The paper takes it where the step begins, which gains energy
    as (h w)^2 and explodes when the body turns far within a step. Where it would change the velocity
    by more than a twentieth, in the norm of the energy, it is the one of a backward Euler step, or
-   none where even that is not to be had. */
-static void ecp_i_gyroscopic(const ecp_real inertia[9], const ecp_real w[3], ecp_real h,
-                             ecp_real moment[3])
+   none where even that is not to be had. All of it in the body's axes: in others the rounding of a large
+   moment of inertia is that of a small one. */
+static void ecp_i_gyroscopic(const ecp_real inertia[9], const ecp_real R[9], const ecp_real w[3],
+                             ecp_real h, ecp_real moment[3])
 {
-    ecp_real Iw[3], change[3], L[9];
+    ecp_real own[3], Iw[3], change[3], L[9];
     ecp_i_set3(0, 0, 0, moment);
     if (ecp_i_is_zero(w)) return;
-    ecp_i_mul(inertia, w, Iw);
-    ecp_i_cross(w, Iw, moment);
+    ecp_i_mul_t(R, w, own);
+    ecp_i_mul(inertia, own, Iw);
+    ecp_i_cross(own, Iw, moment);
     if (ecp_i_is_zero(moment)) return;
     ECPSIM_MEMCPY(L, inertia, sizeof L);
     ecp_i_copy3(moment, change);
     ecp_i_root(L);
     ecp_i_root_solve(L, change);
-    if (400 * h * h * ecp_i_dot(change, moment) <= ecp_i_dot(w, Iw)) return;
-    if (ecp_i_implicit_rotation(inertia, w, h, change)) {
-        ecp_i_mul(inertia, change, Iw);
-        ecp_i_cross(change, Iw, moment);
-    } else {
-        ecp_i_set3(0, 0, 0, moment);
+    if (400 * h * h * ecp_i_dot(change, moment) > ecp_i_dot(own, Iw)) {
+        if (ecp_i_implicit_rotation(inertia, own, h, change)) {
+            ecp_i_mul(inertia, change, Iw);
+            ecp_i_cross(change, Iw, moment);
+        } else {
+            ecp_i_set3(0, 0, 0, moment);
+        }
     }
+    ecp_i_copy3(moment, own);
+    ecp_i_mul(R, own, moment);
 }
 
 /* p_app: weight, forces and impulses; p_vp: the gyroscopic moment -h w x I w, at the beginning. *m is
@@ -3684,7 +3689,7 @@ static void ecp_i_predict(const ecp_world *w, const ecp_i_body *b, ecp_real h, e
             ecp_i_mul(m->inertia, b->v + 3, spin);
             ecp_i_cross(b->v + 3, spin, gyro);
         } else {
-            ecp_i_gyroscopic(m->inertia, b->v + 3, h, gyro);
+            ecp_i_gyroscopic(b->inertia, m->R0, b->v + 3, h, gyro);
         }
         for (k = 0; k < 3; k++) {
             m->kick[k] = h * (b->mass * w->desc.gravity[k] + b->force[k]) + b->impulse[k];
@@ -10282,7 +10287,7 @@ static void ecp_i_printed_body(const ecp_world *before, const ecp_world *after, 
         ecp_real unit = b->mass * speed;
         ecp_quat_to_matrix(b->q, R);
         ecp_i_congruence(R, b->inertia, inertia);
-        ecp_i_gyroscopic(inertia, b->v + 3, h, gyro);
+        ecp_i_gyroscopic(b->inertia, R, b->v + 3, h, gyro);
         ecp_i_mul(inertia, change + 3, Iw);
         for (k = 0; k < 3; k++) {
             ecp_real app = h * (b->mass * before->desc.gravity[k] + b->force[k]) + b->impulse[k];

@@ -4466,13 +4466,18 @@ static void ecp_i_target(const ecp_i_pair *c, const ecp_real *y, ecp_real da[3],
     for (k = 0; k <= c->nf; k++) dp[k] = -c->p[k];
 }
 
-/* what the rounding of a point x does to a normal with this Hessian: much at a sharp tip */
+/* What the rounding of the coordinates x, each its own, does to a normal with this Hessian: much at a
+   sharp tip; along a needle's side little, as where it is curved it is thin. */
 static ecp_real ecp_i_normal_noise(const ecp_real H[9], const ecp_real x[3])
 {
-    ecp_real size = 0;
-    int k;
-    for (k = 0; k < 9; k++) size = ecp_i_max(size, ecp_i_abs(H[k]));
-    return 2 * ECP_I_EPSILON * size * ecp_i_norm(x);
+    ecp_real most = 0;
+    int i, j;
+    for (i = 0; i < 3; i++) {
+        ecp_real size = 0;
+        for (j = 0; j < 3; j++) size += ecp_i_abs(H[3 * i + j] * x[j]);
+        most = ecp_i_max(most, size);
+    }
+    return 2 * ECP_I_EPSILON * most;
 }
 
 /* Fills the block at the point of the last evaluation and eliminates what can be. F: the patch's
@@ -4495,7 +4500,7 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
     if (!ecp_i_on_plane(c)) {
         const ecp_real *m = y + ecp_i_at_m(c);
         ecp_i_hessian(&c->b->shape, c->b_local, m, c->L, c->Hb);
-        ecp_i_scale(1 / c->L, c->b_local, b);
+        b[0] = b[1] = b[2] = ecp_i_norm(c->b_local) / c->L; /* from turned coordinates */
         c->n_noise += ecp_i_normal_noise(c->Hb, b);
         c->km = ecp_i_condense(c->nm, m, c->fb, c->gb, c->L, c->tau, c->kink, c->fixed_b,
                                c->slope_b, c->active_b, c->Hb, shift_b);

@@ -3527,7 +3527,7 @@ typedef struct ecp_i_motion {
     struct ecp_i_motion *next_ready;
     ecp_real R0[9];               /* rotation at the beginning of the step */
     ecp_real inertia[9];          /* about the centre of mass, world axes, beginning of the step */
-    ecp_real root[9];             /* its factor, of ecp_i_root, once it is needed; zero before */
+    ecp_real root[9];             /* the factor of body->inertia, of ecp_i_root, once it is needed; zero before */
     ecp_real whole[6];            /* p_app + p_vp of equ:discrete_NE */
     ecp_real kick[6];             /* what the equations take of it; all, but for ecp_i_ramp */
     ecp_real free[6];             /* the velocity change without contacts, M^-1 kick */
@@ -3577,17 +3577,30 @@ static void ecp_i_move(ecp_i_motion *m, ecp_real h, const ecp_real dv[6])
     for (k = 0; k < 9; k++) m->R[k] += m->R0[k];
 }
 
+/* I w. By way of the body's axes: in others the rounding of a large moment of inertia is that of a small
+   one, and a needle spins up from nothing in single precision. */
+static void ecp_i_spin_momentum(const ecp_i_motion *m, const ecp_real w[3], ecp_real L[3])
+{
+    ecp_real own[3], turned[3];
+    ecp_i_mul_t(m->R0, w, own);
+    ecp_i_mul(m->body->inertia, own, turned);
+    ecp_i_mul(m->R0, turned, L);
+}
+
 /* what M^-1 makes of an impulse (linear, angular) */
 static void ecp_i_velocity_change(ecp_i_motion *m, const ecp_real impulse[6], ecp_real dv[6])
 {
+    ecp_real own[3];
     ecp_i_scale(1 / m->body->mass, impulse, dv);
     ecp_i_copy3(impulse + 3, dv + 3);
     if (ecp_i_is_zero(dv + 3)) return;
     if (m->root[0] == 0) {
-        ECPSIM_MEMCPY(m->root, m->inertia, sizeof m->root);
+        ECPSIM_MEMCPY(m->root, m->body->inertia, sizeof m->root);
         ecp_i_root(m->root);
     }
-    ecp_i_root_solve(m->root, dv + 3);
+    ecp_i_mul_t(m->R0, dv + 3, own);
+    ecp_i_root_solve(m->root, own);
+    ecp_i_mul(m->R0, own, dv + 3);
 }
 
 /* w of I w + h w x I w = I w0: a backward Euler step of free rotation. (A turn about w leaves w as it
@@ -3686,7 +3699,7 @@ static void ecp_i_predict(const ecp_world *w, const ecp_i_body *b, ecp_real h, e
         m->length = b->length;
         ecp_i_congruence(m->R0, b->inertia, m->inertia);
         if (w->printed_moment) {
-            ecp_i_mul(m->inertia, b->v + 3, spin);
+            ecp_i_spin_momentum(m, b->v + 3, spin);
             ecp_i_cross(b->v + 3, spin, gyro);
         } else {
             ecp_i_gyroscopic(b->inertia, m->R0, b->v + 3, h, gyro);
@@ -5285,7 +5298,7 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real re
         ecp_i_scale(m->speed / m->length, z + 6 * i + 3, dv + 3);
         ecp_i_move(m, s->h, dv);
         for (k = 0; k < 3; k++) m->residual[k] = m->mass * dv[k] - m->kick[k];
-        ecp_i_mul(m->inertia, dv + 3, m->residual + 3);
+        ecp_i_spin_momentum(m, dv + 3, m->residual + 3);
         ecp_i_sub(m->residual + 3, m->kick + 3, m->residual + 3);
         m->floor[0] = ecp_i_norm(m->kick);
         m->floor[1] = ecp_i_norm(m->kick + 3);
@@ -7892,7 +7905,7 @@ static void ecp_i_island_load(void *self, ecp_real share)
         ecp_i_motion *m = s->motions + s->bodies[i];
         ecp_real momentum[6];
         ecp_i_scale(m->mass, m->body->v, momentum);
-        ecp_i_mul(m->inertia, m->body->v + 3, momentum + 3);
+        ecp_i_spin_momentum(m, m->body->v + 3, momentum + 3);
         for (k = 0; k < 6; k++) m->kick[k] = share * m->whole[k] - (1 - share) * momentum[k];
         if (!(share < 1)) ECPSIM_MEMCPY(m->kick, m->whole, sizeof m->kick);
     }

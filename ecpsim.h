@@ -3525,9 +3525,10 @@ typedef struct ecp_i_motion {
     ecp_real load;               /* its mass and what it carries, on these patches together */
     struct ecp_i_pair *rests_on; /* the first of the patches that carry it, by next_below */
     struct ecp_i_motion *next_ready;
-    ecp_real R0[9];               /* rotation at the beginning of the step */
-    ecp_real inertia[9];          /* about the centre of mass, world axes, beginning of the step */
-    ecp_real root[9];             /* the factor of body->inertia, of ecp_i_root, once it is needed; zero before */
+    ecp_real R0[9];      /* rotation at the beginning of the step */
+    ecp_real inertia[9]; /* about the centre of mass, world axes, beginning of the step */
+    ecp_real
+        root[9]; /* the factor of body->inertia, of ecp_i_root, once it is needed; zero before */
     ecp_real whole[6];            /* p_app + p_vp of equ:discrete_NE */
     ecp_real kick[6];             /* what the equations take of it; all, but for ecp_i_ramp */
     ecp_real free[6];             /* the velocity change without contacts, M^-1 kick */
@@ -4934,7 +4935,9 @@ static void ecp_i_front_balance(ecp_i_front *f)
 }
 
 /* The momentum that no force takes fixes rank_m of the remaining velocities; equations that are left
-   over become constraints on the others. Returns how many of those there are, from row rank_c of C. */
+   over become constraints on the others. Returns how many of those there are, from row rank_c of C.
+   (Its floor is next to rounding: the smallest moment of inertia of a needle is 1e-6, and a velocity
+   that it does not fix stays as it is.) */
 static int ecp_i_front_momentum(ecp_i_front *f, ecp_real *tau)
 {
     int ld = 7 + ecp_i_width(f), free = 6 - f->rank_c, rows = 6 - f->rank_b, all = ld - f->rank_c;
@@ -4944,7 +4947,7 @@ static int ecp_i_front_momentum(ecp_i_front *f, ecp_real *tau)
     scale = ecp_i_row_size(rows > 0 ? all - 1 : 0, S);
     for (i = 1; i < rows; i++) scale = ecp_i_max(scale, ecp_i_row_size(all - 1, S + ld * i));
     f->rank_m =
-        ecp_i_qr(rows, free, all, S, ld, tau, f->piv_m, 4 * ECP_I_EPSILON, ECP_I_SAME_FORCE);
+        ecp_i_qr(rows, free, all, S, ld, tau, f->piv_m, 4 * ECP_I_EPSILON, 4 * ECP_I_EPSILON);
     ecp_i_solve_rows(f->rank_m, all, S, ld);
     for (i = f->rank_m; i < rows; i++) {
         const ecp_real *row = S + ld * i + free;

@@ -791,6 +791,46 @@ static void test_truth_7(void)
            sizeof(ecp_real) == 4 ? "float" : "double", gain, less, coarse, fine);
 }
 
+/* ---- needles: a moment of inertia of 1e-6 of the others, next to what single precision tells apart */
+
+static double truth_own_spin(const test_state *s)
+{
+    return s->R[2] * s->w[0] + s->R[5] * s->w[1] + s->R[8] * s->w[2];
+}
+
+/* the spin of a needle about itself after a time of free flight, as part of what it was: nothing changes
+   it */
+static double truth_needle(double spin, double h, int steps, double *energy)
+{
+    static const double I[3] = {0.33, 0.33, 0.33e-6};
+    static const ecp_real q[4] = {ECP_R(0.96), ECP_R(0.2), ECP_R(0.15), ECP_R(0.1)};
+    double L[3], before, own;
+    ecp_world *world = test_world(NULL);
+    test_state s;
+    int body = test_body(world, ECP_DYNAMIC, 1, I[0], I[1], I[2], 0, 0, 0), i;
+    test_set_gravity(world, 0, 0, 0);
+    ecp_body_set_state(world, body, NULL, q, NULL, NULL);
+    s = test_get(world, body);
+    test_set_velocity(world, body, 0, 0, 0, 0.8 + spin * s.R[2], -0.5 + spin * s.R[5],
+                      spin * s.R[8]);
+    s = test_get(world, body);
+    before = truth_energy(&s, I, L);
+    own = truth_own_spin(&s);
+    for (i = 0; i < steps; i++) test_advance(world, h, NULL);
+    s = test_get(world, body);
+    *energy = truth_energy(&s, I, L) / before;
+    free(world);
+    return truth_own_spin(&s) / own;
+}
+
+static void test_needle(void)
+{
+    double energy;
+    CHECK_NEAR(truth_needle(2000, 0.01, 200, &energy), 1, test_by(1e-8, 1e-2));
+    CHECK(energy <= test_by(1 + 1e-8, 1.01));
+    CHECK_NEAR(truth_needle(20, 0.001, 1000, &energy), 1, test_by(1e-8, 5e-2));
+}
+
 /* ---- T8: stacks from a cold start */
 
 static void truth_stack(double ratio)
@@ -844,5 +884,6 @@ static void test_truths(void)
     test_truth_5();
     test_truth_6();
     test_truth_7();
+    test_needle();
     test_truth_8();
 }

@@ -3578,14 +3578,15 @@ static void ecp_i_move(ecp_i_motion *m, ecp_real h, const ecp_real dv[6])
     for (k = 0; k < 9; k++) m->R[k] += m->R0[k];
 }
 
-/* I w. By way of the body's axes: in others the rounding of a large moment of inertia is that of a small
-   one, and a needle spins up from nothing in single precision. */
-static void ecp_i_spin_momentum(const ecp_i_motion *m, const ecp_real w[3], ecp_real L[3])
+/* L = I w, the inertia I in the axes R of the body. By way of these: in others the rounding of a large
+   moment of inertia is that of a small one, and a needle spins up from nothing in single precision. */
+static void ecp_i_spin_momentum(const ecp_real R[9], const ecp_real inertia[9], const ecp_real w[3],
+                                ecp_real L[3])
 {
     ecp_real own[3], turned[3];
-    ecp_i_mul_t(m->R0, w, own);
-    ecp_i_mul(m->body->inertia, own, turned);
-    ecp_i_mul(m->R0, turned, L);
+    ecp_i_mul_t(R, w, own);
+    ecp_i_mul(inertia, own, turned);
+    ecp_i_mul(R, turned, L);
 }
 
 /* what M^-1 makes of an impulse (linear, angular) */
@@ -3656,32 +3657,27 @@ static int ecp_i_implicit_rotation(const ecp_real inertia[9], const ecp_real w0[
 /* The gyroscopic moment w x I w of p_vp. The paper takes it where the step begins, which gains energy
    as (h w)^2 and explodes when the body turns far within a step. Where it would change the velocity
    by more than a twentieth, in the norm of the energy, it is the one of a backward Euler step, or
-   none where even that is not to be had. All of it in the body's axes: in others the rounding of a large
-   moment of inertia is that of a small one. */
-static void ecp_i_gyroscopic(const ecp_real inertia[9], const ecp_real R[9], const ecp_real w[3],
-                             ecp_real h, ecp_real moment[3])
+   none where even that is not to be had. */
+static void ecp_i_gyroscopic(const ecp_real inertia[9], const ecp_real w[3], ecp_real h,
+                             ecp_real moment[3])
 {
-    ecp_real own[3], Iw[3], change[3], L[9];
+    ecp_real Iw[3], change[3], L[9];
     ecp_i_set3(0, 0, 0, moment);
     if (ecp_i_is_zero(w)) return;
-    ecp_i_mul_t(R, w, own);
-    ecp_i_mul(inertia, own, Iw);
-    ecp_i_cross(own, Iw, moment);
+    ecp_i_mul(inertia, w, Iw);
+    ecp_i_cross(w, Iw, moment);
     if (ecp_i_is_zero(moment)) return;
     ECPSIM_MEMCPY(L, inertia, sizeof L);
     ecp_i_copy3(moment, change);
     ecp_i_root(L);
     ecp_i_root_solve(L, change);
-    if (400 * h * h * ecp_i_dot(change, moment) > ecp_i_dot(own, Iw)) {
-        if (ecp_i_implicit_rotation(inertia, own, h, change)) {
-            ecp_i_mul(inertia, change, Iw);
-            ecp_i_cross(change, Iw, moment);
-        } else {
-            ecp_i_set3(0, 0, 0, moment);
-        }
+    if (400 * h * h * ecp_i_dot(change, moment) <= ecp_i_dot(w, Iw)) return;
+    if (ecp_i_implicit_rotation(inertia, w, h, change)) {
+        ecp_i_mul(inertia, change, Iw);
+        ecp_i_cross(change, Iw, moment);
+    } else {
+        ecp_i_set3(0, 0, 0, moment);
     }
-    ecp_i_copy3(moment, own);
-    ecp_i_mul(R, own, moment);
 }
 
 /* p_app: weight, forces and impulses; p_vp: the gyroscopic moment -h w x I w, at the beginning. *m is
@@ -3700,10 +3696,10 @@ static void ecp_i_predict(const ecp_world *w, const ecp_i_body *b, ecp_real h, e
         m->length = b->length;
         ecp_i_congruence(m->R0, b->inertia, m->inertia);
         if (w->printed_moment) {
-            ecp_i_spin_momentum(m, b->v + 3, spin);
+            ecp_i_spin_momentum(m->R0, b->inertia, b->v + 3, spin);
             ecp_i_cross(b->v + 3, spin, gyro);
         } else {
-            ecp_i_gyroscopic(b->inertia, m->R0, b->v + 3, h, gyro);
+            ecp_i_gyroscopic(m->inertia, b->v + 3, h, gyro);
         }
         for (k = 0; k < 3; k++) {
             m->kick[k] = h * (b->mass * w->desc.gravity[k] + b->force[k]) + b->impulse[k];
@@ -5301,7 +5297,7 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real re
         ecp_i_scale(m->speed / m->length, z + 6 * i + 3, dv + 3);
         ecp_i_move(m, s->h, dv);
         for (k = 0; k < 3; k++) m->residual[k] = m->mass * dv[k] - m->kick[k];
-        ecp_i_spin_momentum(m, dv + 3, m->residual + 3);
+        ecp_i_spin_momentum(m->R0, m->body->inertia, dv + 3, m->residual + 3);
         ecp_i_sub(m->residual + 3, m->kick + 3, m->residual + 3);
         m->floor[0] = ecp_i_norm(m->kick);
         m->floor[1] = ecp_i_norm(m->kick + 3);
@@ -7658,8 +7654,36 @@ static int ecp_i_world_sleeps(ecp_i_step *s)
 
 /* >>solve: one island */
 
-/* vs: the fastest free motion, what closes an overlap in one step, or g h; never below what moves a body by 64 rounding units of its
-   size, where nothing could be told from noise. */
+/* what the points of a body move by its turn w, on the average that counts in its energy: as much as
+   `length` |w| if its three moments of inertia are one */
+static ecp_real ecp_i_spin_speed(const ecp_i_motion *m, const ecp_real w[3])
+{
+    ecp_real L[3];
+    if (ecp_i_is_zero(w)) return 0;
+    ecp_i_mul(m->inertia, w, L);
+    return ecp_i_sqrt(ecp_i_max(3 * ecp_i_dot(w, L) / m->mass, 0));
+}
+
+/* the most that a point of a part moves by the turn w of its body */
+static ecp_real ecp_i_sweep_speed(const ecp_i_part *part, const ecp_i_motion *m,
+                                  const ecp_real w[3])
+{
+    ecp_real own[3], r[3], u[3];
+    int k;
+    if (ecp_i_is_zero(w)) return 0;
+    ecp_i_mul_t(m->R0, w, own);
+    for (k = 0; k < 3; k++) {
+        own[k] = ecp_i_abs(own[k]);
+        r[k] = ecp_i_abs(part->box_centre[k]) + part->box_half[k];
+    }
+    for (k = 0; k < 3; k++)
+        u[k] = own[(k + 1) % 3] * r[(k + 2) % 3] + own[(k + 2) % 3] * r[(k + 1) % 3];
+    return ecp_i_norm(u);
+}
+
+/* vs: the fastest free motion, what closes an overlap in one step, or g h; never below what moves a body
+   by 64 rounding units of its size, where nothing could be told from noise. How fast a turn is, is what
+   it moves: a needle may spin about itself at 1e4 rad/s, and its other velocities count all the same. */
 static ecp_real ecp_i_island_speed(const ecp_i_island *s)
 {
     ecp_real speed = s->h * ecp_i_norm(s->world->desc.gravity);
@@ -7668,16 +7692,22 @@ static ecp_real ecp_i_island_speed(const ecp_i_island *s)
         const ecp_i_motion *m = s->motions + s->bodies[i];
         const ecp_real *v = m->v, *v0 = m->body->v;
         ecp_real linear = ecp_i_max(ecp_i_dot(v, v), ecp_i_dot(v0, v0));
-        ecp_real angular = ecp_i_max(ecp_i_dot(v + 3, v + 3), ecp_i_dot(v0 + 3, v0 + 3));
         speed = ecp_i_max(speed, 64 * ECP_I_EPSILON * m->length / s->h);
         speed = ecp_i_max(speed, ecp_i_sqrt(linear));
-        speed = ecp_i_max(speed, m->length * ecp_i_sqrt(angular));
+        speed = ecp_i_max(speed, ecp_i_spin_speed(m, v + 3));
+        speed = ecp_i_max(speed, ecp_i_spin_speed(m, v0 + 3));
     }
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs[i];
         const ecp_i_motion *other = ecp_i_moves_b(c) ? c->ma : c->mb;
         const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
         if (!other->dynamic) speed = ecp_i_max(speed, ecp_i_norm(other->v));
+        speed = ecp_i_max(speed, ecp_i_sweep_speed(c->a, c->ma, c->ma->v + 3));
+        speed = ecp_i_max(speed, ecp_i_sweep_speed(c->a, c->ma, c->ma->body->v + 3));
+        if (!ecp_i_on_plane(c)) {
+            speed = ecp_i_max(speed, ecp_i_sweep_speed(c->b, c->mb, c->mb->v + 3));
+            speed = ecp_i_max(speed, ecp_i_sweep_speed(c->b, c->mb, c->mb->body->v + 3));
+        }
         speed = ecp_i_max(speed, ecp_i_depth(c, old) / s->h);
     }
     return ecp_i_power_of_two(speed);
@@ -7908,7 +7938,7 @@ static void ecp_i_island_load(void *self, ecp_real share)
         ecp_i_motion *m = s->motions + s->bodies[i];
         ecp_real momentum[6];
         ecp_i_scale(m->mass, m->body->v, momentum);
-        ecp_i_spin_momentum(m, m->body->v + 3, momentum + 3);
+        ecp_i_spin_momentum(m->R0, m->body->inertia, m->body->v + 3, momentum + 3);
         for (k = 0; k < 6; k++) m->kick[k] = share * m->whole[k] - (1 - share) * momentum[k];
         if (!(share < 1)) ECPSIM_MEMCPY(m->kick, m->whole, sizeof m->kick);
     }
@@ -10308,8 +10338,8 @@ static void ecp_i_printed_body(const ecp_world *before, const ecp_world *after, 
         ecp_real unit = b->mass * speed;
         ecp_quat_to_matrix(b->q, R);
         ecp_i_congruence(R, b->inertia, inertia);
-        ecp_i_gyroscopic(b->inertia, R, b->v + 3, h, gyro);
-        ecp_i_mul(inertia, change + 3, Iw);
+        ecp_i_gyroscopic(inertia, b->v + 3, h, gyro);
+        ecp_i_spin_momentum(R, b->inertia, change + 3, Iw);
         for (k = 0; k < 3; k++) {
             ecp_real app = h * (b->mass * before->desc.gravity[k] + b->force[k]) + b->impulse[k];
             ecp_real torque = h * (b->force[3 + k] - gyro[k]) + b->impulse[3 + k];

@@ -376,13 +376,16 @@ static void elimination_reorder(const elimination_island *e, int back, ecp_real 
 }
 
 /* the step at e->z for the right-hand side e->F */
+/* down to which difference constraints are told apart, see ecp_i_problem.step */
+static ecp_real elimination_fine = 1;
+
 static void elimination_step(elimination_island *e)
 {
     ecp_i_release(&e->arena, e->mark, e->bytes);
     memset(e->memory + e->mark, 0, e->arena.high > e->mark ? e->arena.high - e->mark : 0);
     memset(e->memory + e->arena.low, 0, e->bytes - e->arena.low);
     memset(&e->s.tree, 0, sizeof e->s.tree);
-    CHECK(ecp_i_island_step(&e->s, e->z, e->F, 1, 0, e->dz));
+    CHECK(ecp_i_island_step(&e->s, e->z, e->F, elimination_fine, 0, e->dz));
     CHECK(!e->arena.overflow);
 }
 
@@ -646,13 +649,41 @@ static void elimination_judge(const char *what, int a, int b, double error, doub
     CHECK_NEAR(error, 0, tolerance);
 }
 
-/* The size of the step is a lower bound of |J^-1|, as F is about one. Where it is large the library
-   may take J for singular. */
+/* Are there velocities that nothing fixes? A front chooses them for the least of its own forces, and others
+   have forces that depend on them: the x that is found is not the least of all then, nor the same in
+   every order. With one body it is. */
+static int elimination_open_choice(const elimination_island *e)
+{
+    int k, count = 0;
+    for (k = 0; k < e->s.body_count; k++) count += e->s.tree.fronts[k].open;
+    return count > 0 && e->s.body_count > 1;
+}
+
+/* A lower bound of |J^-1|, and most often near it: the longest of the steps for F and three random right-hand
+   sides of about one. Leaves the step for F. */
+static double elimination_longest(elimination_island *e)
+{
+    static ecp_real F[ELIMINATION_UNKNOWNS];
+    double most = 0;
+    int k, i;
+    for (i = 0; i < e->s.unknowns; i++) F[i] = e->F[i];
+    for (k = 3; k >= 0; k--) {
+        for (i = 0; i < e->s.unknowns; i++) e->F[i] = k > 0 ? ECP_R(test_random()) : F[i];
+        elimination_step(e);
+        most = fmax(most, (double)ecp_i_largest(e->s.unknowns, e->dz));
+    }
+    return most;
+}
+
+/* These are regular, so all constraints are told apart; but where J is nearly singular the library may take
+   it for singular. */
 static void elimination_test_random(void)
 {
     static double out[ELIMINATION_UNKNOWNS];
     elimination_island *e = &elimination_it;
+    double longest;
     int round, shape, n;
+    elimination_fine = 0;
     for (round = 0; round < 8; round++) {
         for (shape = 0; shape < 6; shape++) {
             elimination_edges g;
@@ -661,20 +692,23 @@ static void elimination_test_random(void)
             g = elimination_random_edges(shape, n);
             elimination_random_island(e, &g);
             CHECK(elimination_random_point(e));
-            elimination_step(e);
             elimination_done++;
-            if (!((double)ecp_i_largest(e->s.unknowns, e->dz) < test_by(1e6, 1e3))) {
+            longest = elimination_longest(e);
+            if (!(longest < test_by(1e4, 2e3)) || elimination_open_choice(e)) {
                 elimination_skipped++;
             } else {
                 elimination_judge("rows", shape, n, elimination_error(e, e->dz, out),
                                   test_by(1e-10, 1e-3));
                 elimination_judge("difference", shape, n, elimination_difference(e, e->dz),
                                   test_by(1e-8, 3e-3));
-                elimination_judge("order", shape, n, elimination_disorder(e), test_by(1e-9, 0.05));
+                /* what |J^-1| makes of rounding */
+                elimination_judge("order", shape, n, elimination_disorder(e),
+                                  test_by(1e-11, 5e-5) * longest);
             }
             elimination_close(e);
         }
     }
+    elimination_fine = 1;
     CHECK(4 * elimination_skipped < elimination_done);
 }
 
@@ -875,7 +909,7 @@ static void elimination_touch_point(ecp_i_pair *c, const elimination_face *face,
     }
 }
 
-static int elimination_kinks; /* patches without a load, at the last point */
+static int elimination_kinks; /* patches next to a kink, at the last point: no load, or just slipping */
 
 static void elimination_cells_point(elimination_island *e, const elimination_face *face,
                                     const elimination_manner *how)
@@ -893,10 +927,15 @@ static void elimination_cells_point(elimination_island *e, const elimination_fac
         if (k >= how->sticks + how->slips) touch = ELIMINATION_LOOSE;
         if (k >= how->sticks + how->slips + how->loose) touch = ELIMINATION_APART;
         if (touch == ELIMINATION_APART && c->plane) touch = ELIMINATION_LOOSE;
-        elimination_kinks += touch == ELIMINATION_LOOSE;
         elimination_touch_point(c, face + i, touch, e->s.h, e->z + c->at);
     }
     ecp_i_island_residual(&e->s, e->z, 0, e->F);
+    for (i = 0; i < e->pair_count; i++) {
+        const ecp_i_pair *c = e->pairs + i;
+        double edge = fabs((double)c->z_norm - (double)c->radius);
+        int loose = !(e->z[c->at + ecp_i_at_p(c)] > 0) && !(c->d > 0);
+        elimination_kinks += loose || (c->nf > 0 && edge < 0.05);
+    }
 }
 
 /* ---- the step, in the unknowns x that are left */
@@ -1112,17 +1151,6 @@ static double elimination_excess(const elimination_dense *d, int rank)
     return length > 0 ? rest / length : 0;
 }
 
-/* do fronts pass on velocities that nothing fixes? Then the least x is not defined by S alone */
-static int elimination_passes(const elimination_island *e)
-{
-    int k, count = 0;
-    for (k = 0; k < e->s.body_count; k++) {
-        const ecp_i_front *f = e->s.tree.fronts + k;
-        count += f->parent >= 0 && f->open > 0;
-    }
-    return count;
-}
-
 /* is there momentum that no force takes, and that nothing but constraints could? Where the equations
    contradict each other the constraints are preferred, and S does not know */
 static int elimination_clashes(const elimination_island *e)
@@ -1164,7 +1192,7 @@ static void elimination_check_step(elimination_island *e, int aim, const char *n
     if (aim < 2) elimination_aim(e);
     for (i = 0; aim == 2 && i < e->s.unknowns; i++) e->F[i] = ECP_R(test_random());
     elimination_step(e);
-    passes = elimination_passes(e);
+    passes = elimination_open_choice(e);
     if (aim < 2) elimination_judge(name, aim, n, elimination_error(e, e->dz, out), noise);
     if (aim < 2 && elimination_kinks == 0) {
         elimination_judge("difference", aim, n, elimination_difference(e, e->dz),

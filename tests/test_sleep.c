@@ -485,6 +485,8 @@ static void test_sleep_incline(void)
    that rounding floors let pass keeps them moving to and fro. */
 static void test_sleep_pushed(void)
 {
+    static const ecp_real half[3] = {ECP_R(0.1), ECP_R(0.1), ECP_R(0.1)};
+    static const ecp_real up[3] = {0, 0, 1};
     int k, i;
     test_seed = 5;
     for (k = 0; k < 40; k++) {
@@ -492,21 +494,28 @@ static void test_sleep_pushed(void)
         ecp_options o = ecp_options_default();
         ecp_report r;
         ecp_real p[3], turn[3];
+        ecp_body_desc d = ecp_body_desc_default();
+        ecp_material m = ecp_material_default();
+        ecp_shape shape;
         int body;
         o.sleep = 1;
-        test_ground(w, 0, 0, 1, NULL);
-        if (k % 2) {
-            body = sleep_box(w, ECP_DYNAMIC, 2, 0, 0.1, 0.1);
-        } else {
-            ecp_body_desc d = ecp_body_desc_default();
-            ecp_shape shape;
-            d.position[0] = 2;
-            d.position[2] = ECP_R(0.1);
-            d.inertia[0] = d.inertia[4] = d.inertia[8] = ECP_R(0.006);
-            CHECK(ecp_body_add(w, &d, &body) == ECP_OK);
+        m.mu = ECP_R(0.5);
+        m.e_t = m.e_o = 1;
+        m.e_r = ECP_R(0.05);
+        d.kind = ECP_STATIC;
+        CHECK(ecp_body_add(w, &d, &body) == ECP_OK);
+        CHECK(ecp_shape_half_space(&shape, up, 0) == ECP_OK);
+        CHECK(ecp_body_add_shape(w, body, &shape, NULL, NULL, &m, NULL) == ECP_OK);
+        d.kind = ECP_DYNAMIC;
+        d.position[0] = 2;
+        d.position[2] = ECP_R(0.1);
+        d.inertia[0] = d.inertia[4] = d.inertia[8] = ECP_R(0.006);
+        CHECK(ecp_body_add(w, &d, &body) == ECP_OK);
+        if (k % 2)
+            CHECK(ecp_shape_box(&shape, half) == ECP_OK);
+        else
             CHECK(ecp_shape_cylinder(&shape, ECP_R(0.1), ECP_R(0.1)) == ECP_OK);
-            CHECK(ecp_body_add_shape(w, body, &shape, NULL, NULL, NULL, NULL) == ECP_OK);
-        }
+        CHECK(ecp_body_add_shape(w, body, &shape, NULL, NULL, &m, NULL) == ECP_OK);
         for (i = 0; i < 3; i++) {
             p[i] = (ecp_real)(0.3 * test_random());
             turn[i] = (ecp_real)(0.01 * test_random());

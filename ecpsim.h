@@ -7029,6 +7029,7 @@ static size_t ecp_i_tree_reals(const ecp_world_desc *d)
 typedef struct ecp_i_phase {
     int shape_a, shape_b;
     ecp_mode mode;
+    int turns_over;           /* it will be another part of the primitive that carries */
     uint64_t faces[2];        /* which multipliers are on, of A and of B (beyond 64: folded) */
     ecp_real a[3], N[3];      /* the ECP in the frame of A; the normal */
     ecp_real friction[4];     /* the direction of friction, weighed by e */
@@ -9038,7 +9039,9 @@ static ecp_real ecp_i_place(const ecp_i_posed *A, const ecp_i_posed *B, const ec
 /* A base step of the length h ends with its gaps closed. From velocities that keep them closed at the
    instant, a first base step has to turn to that, by a force that does not vanish with h where the
    contact moves on a curve (an edge that a body turns about), and friction follows that force. So a
-   column begins with velocities that differ by as much from the state's, in proportion to h. */
+   column begins with velocities that differ by as much from the state's, in proportion to h. What a
+   contact on a curve leaves is of the second order in h. Where it is of the first, another part of the
+   primitive will carry (the far side of a disc that falls flat): that is an impact's to settle. */
 static void ecp_i_lead_in(ecp_i_advance *a, ecp_real h)
 {
     ecp_world *w = a->w;
@@ -9046,10 +9049,10 @@ static void ecp_i_lead_in(ecp_i_advance *a, ecp_real h)
     for (sweep = 0; sweep < 10; sweep++) {
         ecp_real worst = 0;
         for (i = 0; i < a->last_count; i++) {
-            const ecp_i_phase *f = a->last + i;
+            ecp_i_phase *f = a->last + i;
             const ecp_i_part *part = ecp_i_parts(w) + f->shape_a;
             ecp_i_body *b = ecp_i_bodies(w) + part->body;
-            ecp_real q[4], R[9], n[3], at[3], v[3], gap;
+            ecp_real q[4], R[9], n[3], at[3], v[3], gap, turn = h * ecp_i_norm(b->v + 3);
             ecp_i_posed A, B;
             ecp_i_pose_of(w, f->shape_b, b->x, &B);
             if (B.shape->kind != ECP_HALF_SPACE ||
@@ -9064,6 +9067,11 @@ static void ecp_i_lead_in(ecp_i_advance *a, ecp_real h)
             /* (in the frame of the body at the end) */
             ecp_i_axpy(B.x, -h, b->v, B.x);
             gap = ecp_i_place(&A, &B, f->a, n, at);
+            if (sweep == 0 && h >= a->H) {
+                ecp_real rounding = h * a->o.tolerance * ecp_i_speed_scale(a, b);
+                f->turns_over = ecp_i_abs(gap) > 16 * turn * turn * b->length + rounding;
+            }
+            if (f->turns_over) continue;
             if (ecp_i_abs(gap) <= 32 * ECP_I_EPSILON * (ecp_i_norm(B.x) + ecp_i_norm(at))) continue;
             ecp_i_scale(-gap / h, n, v);
             ecp_i_stop_point(b, at, 1, n, v);

@@ -61,7 +61,7 @@ build/stress: tests/stress.c tests/scene.h tests/distance.h ecpsim.h | build
 build/stress_float: tests/stress.c tests/scene.h tests/distance.h ecpsim.h | build
 	$(CC) -std=c99 $(CFLAGS) $(WARN) -DECPSIM_FLOAT tests/stress.c -o $@ -lm
 
-build/order: tests/order.c ecpsim.h | build
+build/order: tests/order.c tests/truths.h ecpsim.h | build
 	$(CC) -std=c99 $(CFLAGS) -Wall -Wextra -Wpedantic -Wshadow tests/order.c -o $@ -lm
 
 build/scale: tests/scale.c tests/scene.h ecpsim.h | build
@@ -104,7 +104,7 @@ report: build/report
 
 REPORT_FLAGS = -std=c99 $(CFLAGS) -Wall -Wextra
 REPORT_SOURCES = tests/report.c tests/report_write.c tests/report_scenes.c
-REPORT_HEADERS = tests/report.h tests/report_scenes.h tests/report_table.h
+REPORT_HEADERS = tests/report.h tests/report_scenes.h tests/report_table.h tests/truths.h
 
 # the name of each peer that pkg-config, or the compiler, or MUJOCO_DIR knows
 peers = $(shell pkg-config --exists ode && echo ode; \

@@ -22,17 +22,47 @@
 
 enum { WARM = 20, GIVE_UP = 20, LEGS = 7 };
 
-extern const report_engine report_ours_double, report_ours_float;
+extern const report_engine report_ours_double, report_ours_float, report_advance_double,
+    report_advance_float, report_paced_double;
 
 report_run the;
 
-/* quick: those marked 1 */
+/* of each pace, up to a zero; quick: those marked 1 */
+enum { SIZES = 12 };
 static const struct {
     double h;
     int quick;
-} sizes[] = {{1e-1, 1}, {5e-2, 0}, {2e-2, 0}, {1e-2, 1}, {5e-3, 0}, {2e-3, 0},
-             {1e-3, 1}, {5e-4, 0}, {2e-4, 0}, {1e-4, 0}, {1e-5, 0}};
-enum { SIZES = sizeof sizes / sizeof sizes[0] };
+} sizes[][SIZES] = {{{1e-1, 1},
+                     {5e-2, 0},
+                     {2e-2, 0},
+                     {1e-2, 1},
+                     {5e-3, 0},
+                     {2e-3, 0},
+                     {1e-3, 1},
+                     {5e-4, 0},
+                     {2e-4, 0},
+                     {1e-4, 0},
+                     {1e-5, 0},
+                     {0, 0}},
+                    {{2e-1, 0},
+                     {1e-1, 1},
+                     {5e-2, 0},
+                     {2e-2, 0},
+                     {1e-2, 1},
+                     {5e-3, 0},
+                     {2e-3, 0},
+                     {1e-3, 0},
+                     {0, 0}},
+                    {{1e-2, 0},
+                     {1e-3, 1},
+                     {1e-4, 0},
+                     {1e-5, 0},
+                     {1e-6, 1},
+                     {1e-7, 0},
+                     {1e-8, 0},
+                     {1e-9, 1},
+                     {1e-10, 0},
+                     {0, 0}}};
 
 /* ---- engines */
 
@@ -45,6 +75,10 @@ static void find_engines(void)
     int i;
     the.engines[the.engine_count++] = &report_ours_double;
     the.engines[the.engine_count++] = &report_ours_float;
+    the.engines[the.engine_count++] = &report_advance_double;
+    the.engines[the.engine_count++] = &report_advance_float;
+    the.engines[the.engine_count++] = &report_paced_double;
+    the.ours_count = the.engine_count;
     for (i = 0; i < 5; i++) {
         const char *slash = strrchr(the.self, '/');
         const void *peer = NULL;
@@ -134,6 +168,9 @@ int report_steps(const report_engine *e, void *world, int k, int n, double h)
 
 int is_size(double a, double b) { return fabs(a - b) < 1e-9 * b; }
 
+/* a row of steps of 0.01 s */
+int at_a_hundredth(const row *r) { return r->engine->pace == REPORT_STEPS && is_size(r->h, 0.01); }
+
 static int steps_to(double end, double h) { return (int)(end / h + 0.5); }
 
 static void states(const row *r, void *world, int bodies, report_state *s)
@@ -192,6 +229,8 @@ static void watch(const report_scene *scene, row *r)
     r->first_us = 1e6 * spent / k;
     r->continuous = r->failed ? INFINITY : w.continuous;
     r->discrete = r->failed ? INFINITY : w.discrete;
+    r->energy = w.energy;
+    r->momentum = w.momentum;
     for (i = 0; i < bodies; i++) {
         double d[3];
         int j;
@@ -203,6 +242,85 @@ static void watch(const report_scene *scene, row *r)
     }
     if (r->engine->unknowns) r->unknowns = r->engine->unknowns(world);
     r->engine->close(world);
+}
+
+/* until where a call of `advance` that begins at t may go */
+static double next_stop(const report_scene *scene, double t, double longest)
+{
+    double end = scene->end, kick = scene->world.kick;
+    if (scene->sample > 0) end = scene->sample * (floor(t / scene->sample + 1e-6) + 1);
+    if (end > scene->end * (1 - 1e-9)) end = scene->end;
+    if (kick > t * (1 + 1e-9) && kick < end) end = kick;
+    return end > t + longest * 1.5 ? t + longest : end;
+}
+
+/* The whole of a scene by calls of `advance`, not longer than `longest`; `see` is called after each.
+   Returns the seconds that these calls took, or less than 0 if one of them failed. */
+static double advance_all(const report_scene *scene, const row *r, double longest,
+                          report_cost *cost,
+                          void (*see)(report_watch *w, const row *r, void *world), report_watch *w)
+{
+    void *world = r->engine->open(&scene->world, r->method, r->h);
+    double spent = 0;
+    int failed = 0;
+    memset(cost, 0, sizeof *cost);
+    w->t = 0;
+    while (w->t < scene->end && !failed) {
+        double to = next_stop(scene, w->t, longest), begin = now();
+        failed = r->engine->advance(world, w->t, to - w->t, cost);
+        spent += now() - begin - the.timer;
+        w->t = to;
+        w->at_end = to >= scene->end;
+        if (see && !failed) see(w, r, world);
+    }
+    r->engine->close(world);
+    return failed ? -1 : fmax(spent, 0);
+}
+
+static void see_error(report_watch *w, const row *r, void *world)
+{
+    report_state s[REPORT_BODIES];
+    states(r, world, w->scene->world.bodies, s);
+    w->scene->watch(w, 0, w->t, s);
+}
+
+static void see_penetration(report_watch *w, const row *r, void *world)
+{
+    report_state s[REPORT_BODIES];
+    states(r, world, w->scene->world.bodies, s);
+    w->penetration = fmax(w->penetration, report_penetration(&w->scene->world, s, REPORT_OURS));
+}
+
+/* Errors of a run as it is timed, and penetration after each fiftieth of another one. */
+static void watch_advance(const report_scene *scene, row *r)
+{
+    report_watch w;
+    report_cost ignored;
+    double spent;
+    memset(&w, 0, sizeof w);
+    w.scene = scene;
+    spent = advance_all(scene, r, scene->end, &r->cost, see_error, &w);
+    r->first_us = 1e6 * spent;
+    r->failed = spent < 0;
+    if (!r->failed) advance_all(scene, r, scene->end / 50, &ignored, see_penetration, &w);
+    r->continuous = r->failed ? INFINITY : w.continuous;
+    r->discrete = INFINITY;
+    r->penetration = w.penetration;
+    r->energy = w.energy;
+    r->momentum = w.momentum;
+}
+
+static double time_advance(const report_scene *scene, const row *r)
+{
+    double spent = 0, begin = now();
+    report_cost cost;
+    report_watch w;
+    int n = 0;
+    do {
+        spent += advance_all(scene, r, scene->end, &cost, NULL, &w);
+        n++;
+    } while (spent < the.budget && now() - begin < 4 * the.budget);
+    return 1e6 * spent / n;
 }
 
 /* One timed stretch: a new world, `warm` steps before the clock starts. */
@@ -224,6 +342,7 @@ static double time_row(report_scene *scene, const row *r)
 {
     double length = 1e-6 * r->first_us * r->steps, spent = 0, begin = now();
     int bodies = scene->world.bodies, i, j, n = 0;
+    if (r->engine->advance) return time_advance(scene, r);
     if (length <= 2 * the.budget || r->steps < 4 * WINDOWS * WARM) {
         do {
             int warm = scene->moves ? 0 : WARM;
@@ -363,66 +482,42 @@ static void own_motion(report_scene *scene, double h, report_state *out)
     e->close(world);
 }
 
-/* how far apart two truths are, in the scene's unit */
+/* how far apart the velocities of two truths are at the end */
 static double truths_apart(const report_scene *scene, const report_state *a, const report_state *b)
 {
-    int i, k, n = steps_to(scene->end, 0.1);
+    int k, last = steps_to(scene->end, 0.1) - 1;
     double worst = 0;
-    for (i = scene->truth_of_velocity ? n - 1 : 0; i < n; i++) {
-        for (k = 0; k < 3; k++) {
-            double x = fabs(a[i].x[k] - b[i].x[k]), v = fabs(a[i].v[k] - b[i].v[k]);
-            double w = 0.25 * fabs(a[i].w[k] - b[i].w[k]);
-            worst = fmax(worst, scene->truth_of_velocity ? fmax(v, w) : x);
-        }
+    for (k = 0; k < 3; k++) {
+        double v = fabs(a[last].v[k] - b[last].v[k]);
+        worst = fmax(worst, fmax(v, 0.25 * fabs(a[last].w[k] - b[last].w[k])));
     }
     return worst;
 }
 
-/* Where modes change (T2), the solution at a small step, and as its worth what it differs by from the
-   one at twice the step. Where they do not (T4), Neville's extrapolation of four step sizes, and as
-   its worth what it differs by from that of three. */
+/* Where modes do not change (T4): Neville's extrapolation of four step sizes, and as its worth what it
+   differs by from that of three. */
 static void find_truth(report_scene *scene)
 {
     enum { ORDER = 4 };
-    static report_state table[ORDER][REPORT_TRUTHS], three[REPORT_TRUTHS];
+    static report_state table[ORDER][REPORT_TRUTHS];
     int i, j, k, m;
-    if (!scene->truth_of_velocity) {
-        scene->truth_h = the.quick ? 1e-4 : 1e-5;
-        own_motion(scene, 2 * scene->truth_h, three);
-        own_motion(scene, scene->truth_h, scene->truth);
-    } else {
-        scene->truth_h = (the.quick ? 1e-2 : 2e-3) / 8;
-        for (i = 0; i < ORDER; i++) {
-            own_motion(scene, scene->truth_h * (8 >> i), table[i]);
-            for (j = i - 1; j >= 0; j--) {
-                double weight = 1 / (pow(2, i - j) - 1);
-                for (m = 0; m < REPORT_TRUTHS; m++) {
-                    report_state *a = &table[j][m], *b = &table[j + 1][m];
-                    for (k = 0; k < 3; k++) {
-                        a->v[k] = b->v[k] + (b->v[k] - a->v[k]) * weight;
-                        a->w[k] = b->w[k] + (b->w[k] - a->w[k]) * weight;
-                    }
+    scene->truth_h = (the.quick ? 1e-2 : 2e-3) / 8;
+    for (i = 0; i < ORDER; i++) {
+        own_motion(scene, scene->truth_h * (8 >> i), table[i]);
+        for (j = i - 1; j >= 0; j--) {
+            double weight = 1 / (pow(2, i - j) - 1);
+            for (m = 0; m < REPORT_TRUTHS; m++) {
+                report_state *a = &table[j][m], *b = &table[j + 1][m];
+                for (k = 0; k < 3; k++) {
+                    a->v[k] = b->v[k] + (b->v[k] - a->v[k]) * weight;
+                    a->w[k] = b->w[k] + (b->w[k] - a->w[k]) * weight;
                 }
             }
         }
-        memcpy(three, table[1], sizeof three);
-        memcpy(scene->truth, table[0], sizeof scene->truth);
     }
-    scene->floor = truths_apart(scene, scene->truth, three);
+    memcpy(scene->truth, table[0], sizeof scene->truth);
+    scene->floor = truths_apart(scene, table[0], table[1]);
     scene->truth_known = 1;
-}
-
-/* Example 2 just after the kick: our angular velocity, which must approach the analytic one */
-static void check_lift_off(report_scene *scene)
-{
-    const report_engine *e = &report_ours_double;
-    double h = scene->truth_h;
-    void *world = e->open(&scene->world, 0, h);
-    report_state s;
-    report_steps(e, world, 0, steps_to(0.75, h) + 1, h);
-    e->state(world, 0, &s);
-    e->close(world);
-    scene->lift_off = s.w[0];
 }
 
 /* how long a run will take, from the last step size of this method; 0: not known */
@@ -430,6 +525,7 @@ static double expected(const table *t, const row *r)
 {
     double us = 0;
     int i;
+    if (r->engine->advance) return 0;
     for (i = 0; i < t->count; i++) {
         const row *o = t->rows + i;
         if (o->engine == r->engine && o->method == r->method) us = o->failed ? 0 : o->first_us;
@@ -437,31 +533,43 @@ static double expected(const table *t, const row *r)
     return 1e-6 * us * r->steps;
 }
 
-/* every method at every step size, watched */
+/* one method at one size, watched; it stays in the table unless it takes too long or is refused */
+static void watch_one(report_scene *scene, table *t, int engine, int method, double h, int most)
+{
+    row *r = t->rows + t->count;
+    /* our two defaults are worth a wait */
+    double cap = engine < 2 && method == 0 ? 4 * the.cap : the.cap;
+    memset(r, 0, sizeof *r);
+    r->engine = the.engines[engine];
+    r->method = method;
+    r->h = h;
+    r->steps = r->engine->advance ? 1 : steps_to(scene->end, h);
+    r->instructions = -1;
+    if (expected(t, r) > cap) {
+        t->left_out++;
+        return;
+    }
+    progress("run", scene, r, t->count, most);
+    if (r->engine->advance) {
+        watch_advance(scene, r);
+        if (r->cost.refused) return;
+    } else {
+        watch(scene, r);
+    }
+    t->count++;
+}
+
+/* every method at every size */
 static void watch_all(report_scene *scene, table *t, int most)
 {
     int i, e, j;
     for (i = 0; i < SIZES; i++) {
-        if (the.quick && !sizes[i].quick) continue;
         for (e = 0; e < the.engine_count; e++) {
+            report_pace pace = the.engines[e]->pace;
+            if (!(sizes[pace][i].h > 0) || (the.quick && !sizes[pace][i].quick)) continue;
             for (j = 0; j < the.engines[e]->count; j++) {
-                row *r = t->rows + t->count;
-                /* our two defaults are worth a wait */
-                double cap = the.engines[e]->ours && j == 0 ? 4 * the.cap : the.cap;
                 if (!takes(scene, the.engines[e]->methods + j)) continue;
-                memset(r, 0, sizeof *r);
-                r->engine = the.engines[e];
-                r->method = j;
-                r->h = sizes[i].h;
-                r->steps = steps_to(scene->end, r->h);
-                r->instructions = -1;
-                if (expected(t, r) > cap) {
-                    t->left_out++;
-                    continue;
-                }
-                progress("run", scene, r, t->count, most);
-                watch(scene, r);
-                t->count++;
+                watch_one(scene, t, e, j, sizes[pace][i].h, most);
             }
         }
     }
@@ -499,13 +607,12 @@ static void measure_scene(report_scene *scene, table *t)
     t->rows = (row *)calloc((size_t)most, sizeof *t->rows);
     if (!t->rows) exit(2);
     if (scene->own_truth) find_truth(scene);
-    if (scene->own_truth && !scene->truth_of_velocity) check_lift_off(scene);
     watch_all(scene, t, most);
     time_all(scene, t);
     for (i = 0; i < t->count; i++) {
         row *r = t->rows + i;
         /* ours at h = 0.01, as it comes */
-        if (!the.quick && r->engine->ours && r->method == 0 && is_size(r->h, 0.01)) {
+        if (!the.quick && at_a_hundredth(r) && r->engine->ours && r->method == 0) {
             progress("count", scene, r, i, t->count);
             r->instructions = count_instructions(scene, r);
         }
@@ -541,7 +648,7 @@ static void measure_legs(table *t)
                 r->h = 0.01;
                 r->legs = legs[i];
                 r->steps = 100;
-                if (expected(t, r) > 1e-2 * the.cap) continue;
+                if (r->engine->advance || expected(t, r) > 1e-2 * the.cap) continue;
                 progress("run", scenes + i, r, i, last);
                 world = the.engines[e]->open(&scenes[i].world, j, r->h);
                 r->first_us = now();

@@ -57,6 +57,7 @@ typedef struct report_world {
     int stacked; /* each body stands on the one before it */
     report_body body[REPORT_BODIES];
     void (*load)(double t, double h, report_load *load); /* on body 0, from t to t + h; or NULL */
+    double kick; /* load is nothing but an angular impulse at this time, s; 0: a function of time */
 } report_world;
 
 typedef struct report_method {
@@ -66,6 +67,18 @@ typedef struct report_method {
     int patches;          /* only where a body has several patches */
 } report_method;
 
+/* What a method is run over: sizes of its step, or of a macro step of an order that is fixed, or
+   tolerances. All three are called its size. */
+typedef enum report_pace { REPORT_STEPS, REPORT_MACRO_STEPS, REPORT_TOLERANCES } report_pace;
+
+/* what calls of `advance` have taken so far */
+typedef struct report_cost {
+    int solves;      /* base steps */
+    int first_order; /* macro steps that were passed at first order */
+    int forced;      /* of these, not within the tolerance */
+    int refused;     /* the tolerance is below what rounding leaves */
+} report_cost;
+
 typedef struct report_engine {
     const char *name;
     const char *version;
@@ -74,7 +87,8 @@ typedef struct report_engine {
     int count;
     const report_method *methods;
 
-    /* A world that is ready for steps of h; the scene outlives it. NULL: it cannot be had. */
+    /* A world that is ready for steps of h, or that size; the scene outlives it. NULL: it cannot be
+       had. */
     void *(*open)(const report_world *scene, int method, double h);
 
     /* The step from time t, loads included. 0: solved to the method's own tolerance. */
@@ -83,6 +97,11 @@ typedef struct report_engine {
     void (*state)(void *world, int body, report_state *out);
     int (*unknowns)(void *world); /* of the last step; NULL: not known */
     void (*close)(void *world);
+    report_pace pace;
+
+    /* From t to t + duration, without steps that the caller sees; a kick is at the beginning or not in
+       between. 0: it is there. NULL where the pace is REPORT_STEPS. */
+    int (*advance)(void *world, double t, double duration, report_cost *cost);
 } report_engine;
 
 /* what a peer's shared object exports */

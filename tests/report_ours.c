@@ -10,11 +10,15 @@
 
 #ifdef ECPSIM_FLOAT
 #define ENGINE report_ours_float
+#define ENGINE_ADVANCE report_advance_float
 #else
 #define ENGINE report_ours_double
+#define ENGINE_ADVANCE report_advance_double
+#define ENGINE_PACED report_paced_double
+extern const report_engine ENGINE_PACED;
 #endif
 
-extern const report_engine ENGINE;
+extern const report_engine ENGINE, ENGINE_ADVANCE;
 
 typedef struct ours {
     ecp_world *world;
@@ -22,6 +26,7 @@ typedef struct ours {
     double h;
     ecp_options options;
     ecp_report report;
+    ecp_advance_options advance;
 } ours;
 
 typedef struct ours_method {
@@ -36,6 +41,9 @@ static const report_method methods[] = {
     {"ours float 1e-4", "tolerance 1e-4, rule centred", 0, 0},
     {"ours float 1e-5 nearest", "tolerance 1e-5, rule nearest", 0, 1},
 };
+static const report_method advance_methods[] = {
+    {"ours float advance", "float, within the tolerance, order 8 at most", 0, 0},
+};
 #else
 static const ours_method with[] = {{1e-12, ECP_CENTRED}, {1e-10, ECP_CENTRED}, {1e-8, ECP_CENTRED},
                                    {1e-6, ECP_CENTRED},  {1e-4, ECP_CENTRED},  {1e-12, ECP_NEAREST},
@@ -48,6 +56,15 @@ static const report_method methods[] = {
     {"ours 1e-4", "double, tolerance 1e-4, rule centred", 0, 0},
     {"ours 1e-12 nearest", "double, tolerance 1e-12, rule nearest", 0, 1},
     {"ours 1e-6 nearest", "double, tolerance 1e-6, rule nearest", 0, 1},
+};
+static const report_method advance_methods[] = {
+    {"ours advance", "double, within the tolerance, order 8 at most", 0, 0},
+};
+static const int orders[] = {2, 4, 6};
+static const report_method paced_methods[] = {
+    {"ours order 2", "double, macro steps of the size h, order 2 (3 base steps each)", 1, 0},
+    {"ours order 4", "double, macro steps of the size h, order 4 (10 base steps)", 1, 0},
+    {"ours order 6", "double, macro steps of the size h, order 6 (21 base steps)", 1, 0},
 };
 #endif
 
@@ -90,7 +107,8 @@ static void add_body(ecp_world *world, const report_body *b, const ecp_material 
     }
 }
 
-static void *ours_open(const report_world *scene, int method, double h)
+/* advance_order: 0 for a world of plain steps */
+static ours *open_world(const report_world *scene, int advance_order)
 {
     const ecp_real up[3] = {0, 0, 1};
     ecp_world_desc d = ecp_world_desc_default();
@@ -106,6 +124,7 @@ static void *ours_open(const report_world *scene, int method, double h)
     d.max_shapes = 1;
     for (i = 0; i < scene->bodies; i++) d.max_shapes += scene->body[i].parts;
     d.max_patches = 2 * d.max_shapes;
+    d.advance_order = advance_order;
     to_real(scene->g, 3, d.gravity);
     bytes = ecp_world_memsize(&d);
     mem = malloc(bytes);
@@ -119,28 +138,80 @@ static void *ours_open(const report_world *scene, int method, double h)
     must(ecp_body_add_shape(w->world, 0, &plane, NULL, NULL, &material, NULL));
     for (i = 0; i < scene->bodies; i++) add_body(w->world, scene->body + i, &material);
     w->scene = scene;
-    w->h = h;
     w->options = ecp_options_default();
+    w->advance = ecp_advance_options_default();
+    return w;
+}
+
+static void *ours_open(const report_world *scene, int method, double h)
+{
+    ours *w = open_world(scene, 0);
+    w->h = h;
     w->options.tolerance = (ecp_real)with[method].tolerance;
     w->options.rule = with[method].rule;
     return w;
 }
 
+static void *advance_open(const report_world *scene, int method, double tolerance)
+{
+    ours *w = open_world(scene, 8);
+    (void)method;
+    w->advance.tolerance = (ecp_real)tolerance;
+    return w;
+}
+
+#ifdef ENGINE_PACED
+static void *paced_open(const report_world *scene, int method, double h)
+{
+    ours *w = open_world(scene, orders[method]);
+    w->advance.macro_step = (ecp_real)h;
+    return w;
+}
+#endif
+
+/* from t to t + h, or at t */
+static void apply_load(ours *w, double t, double h)
+{
+    report_load load;
+    ecp_real force[3], torque[3], impulse[3];
+    w->scene->load(t, h, &load);
+    to_real(load.force, 3, force);
+    to_real(load.torque, 3, torque);
+    to_real(load.angular_impulse, 3, impulse);
+    must(ecp_body_apply_force(w->world, 1, force, NULL));
+    must(ecp_body_apply_torque(w->world, 1, torque));
+    must(ecp_body_apply_angular_impulse(w->world, 1, impulse));
+}
+
 static int ours_step(void *world, double t)
 {
     ours *w = (ours *)world;
-    if (w->scene->load) {
-        report_load load;
-        ecp_real force[3], torque[3], impulse[3];
-        w->scene->load(t, w->h, &load);
-        to_real(load.force, 3, force);
-        to_real(load.torque, 3, torque);
-        to_real(load.angular_impulse, 3, impulse);
-        must(ecp_body_apply_force(w->world, 1, force, NULL));
-        must(ecp_body_apply_torque(w->world, 1, torque));
-        must(ecp_body_apply_angular_impulse(w->world, 1, impulse));
-    }
+    if (w->scene->load) apply_load(w, t, w->h);
     return ecp_step(w->world, (ecp_real)w->h, &w->options, &w->report) != ECP_OK;
+}
+
+/* the load of a base step that ends at this time */
+static void load_at(void *user, ecp_world *world, ecp_real time)
+{
+    (void)world;
+    apply_load((ours *)user, (double)time, 0);
+}
+
+static int ours_advance(void *world, double t, double duration, report_cost *cost)
+{
+    ours *w = (ours *)world;
+    ecp_advance_report r;
+    ecp_status status;
+    if (w->scene->load && w->scene->kick > 0) apply_load(w, t, duration);
+    w->advance.load = w->scene->load && !(w->scene->kick > 0) ? load_at : NULL;
+    w->advance.load_user = w;
+    w->advance.time = (ecp_real)t;
+    status = ecp_advance(w->world, (ecp_real)duration, &w->advance, &r);
+    cost->solves += r.solves;
+    cost->first_order += r.first_order;
+    cost->forced += r.forced;
+    cost->refused |= status == ECP_TOLERANCE;
+    return status != ECP_OK;
 }
 
 static void ours_state(void *world, int body, report_state *out)
@@ -165,19 +236,58 @@ static void ours_close(void *world)
     free(world);
 }
 
-const report_engine ENGINE = {
 #ifdef ECPSIM_FLOAT
-    "ecpsim.h in float",
+#define REAL "float"
 #else
-    "ecpsim.h in double",
+#define REAL "double"
 #endif
+
+const report_engine ENGINE = {"ecpsim.h in " REAL,
+                              "this commit",
+                              "the bodies' own shapes over a half-space; ecp_step()",
+                              1,
+                              (int)(sizeof methods / sizeof methods[0]),
+                              methods,
+                              ours_open,
+                              ours_step,
+                              ours_state,
+                              ours_unknowns,
+                              ours_close,
+                              REPORT_STEPS,
+                              NULL};
+
+const report_engine ENGINE_ADVANCE = {
+    "ecpsim.h in " REAL ", to a tolerance",
     "this commit",
-    "the bodies' own shapes over a half-space; ecp_step()",
+    "the same worlds by ecp_advance(), which chooses step and order; one call from the start to "
+    "the "
+    "end, or to the next kick or the next time at which the scene's error is taken; tolerances "
+    "that it refuses, as rounding leaves more, are left out",
     1,
-    (int)(sizeof methods / sizeof methods[0]),
-    methods,
-    ours_open,
-    ours_step,
+    (int)(sizeof advance_methods / sizeof advance_methods[0]),
+    advance_methods,
+    advance_open,
+    NULL,
     ours_state,
-    ours_unknowns,
-    ours_close};
+    NULL,
+    ours_close,
+    REPORT_TOLERANCES,
+    ours_advance};
+
+#ifdef ENGINE_PACED
+const report_engine ENGINE_PACED = {
+    "ecpsim.h in " REAL ", of fixed order",
+    "this commit",
+    "the same worlds by ecp_advance() with its options macro_step and order: smooth motion at that "
+    "order, what changes within a macro step at first order",
+    1,
+    (int)(sizeof paced_methods / sizeof paced_methods[0]),
+    paced_methods,
+    paced_open,
+    NULL,
+    ours_state,
+    NULL,
+    ours_close,
+    REPORT_MACRO_STEPS,
+    ours_advance};
+#endif

@@ -7,15 +7,16 @@
 
 #include <stdio.h>
 
-enum { RUNS = 5, WINDOWS = 8, ENGINES = 8 };
+enum { RUNS = 5, WINDOWS = 8, ENGINES = 12 };
 
-/* one line of a scene's table: a method at a step size */
+/* one line of a scene's table: a method at a size */
 typedef struct row {
     const report_engine *engine;
     int method;
-    double h;
-    int steps;
-    double continuous, discrete, penetration, creep;
+    double h;  /* its size: of the step or the macro step, s, or the tolerance */
+    int steps; /* 1 for what is timed as a whole */
+    report_cost cost;
+    double continuous, discrete, penetration, creep, energy, momentum;
     int unsolved, unknowns, failed; /* failed: no end state, or not a number */
     double first_us;                /* per step, in the run that is watched */
     double us[RUNS], median, q1, q3;
@@ -41,8 +42,8 @@ typedef struct report_run {
     double cap;    /* s of a run that is watched; longer ones are left out */
     double timer;  /* s that reading the clock takes */
     const report_engine *engines[ENGINES];
-    int engine_count;
-    const char *absent[ENGINES]; /* peers that were not built */
+    int engine_count, ours_count; /* ours come first */
+    const char *absent[ENGINES];  /* peers that were not built */
     int absent_count;
 } report_run;
 
@@ -50,6 +51,7 @@ extern report_run the;
 
 const char *method_name(const row *r);
 int is_size(double a, double b);
+int at_a_hundredth(const row *r);
 double run_ms(const row *r);
 
 /* the error, not less than what the truth is known to */

@@ -191,4 +191,6 @@ extern "C" const report_engine report_peer = {
     bullet_step,
     bullet_state,
     0,
-    bullet_close};
+    bullet_close,
+    REPORT_STEPS,
+    0};

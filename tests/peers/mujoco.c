@@ -182,4 +182,6 @@ const report_engine report_peer = {
     mujoco_step,
     mujoco_state,
     mujoco_unknowns,
-    mujoco_close};
+    mujoco_close,
+    REPORT_STEPS,
+    NULL};

@@ -200,4 +200,6 @@ const report_engine report_peer = {
     ode_step,
     ode_state,
     NULL,
-    ode_close};
+    ode_close,
+    REPORT_STEPS,
+    NULL};

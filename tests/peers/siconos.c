@@ -132,13 +132,14 @@ static int find(siconos *w, int i, int k, const double *R, const double *below, 
         for (j = 0; j < 3; j++) c->arm[1][j] = x[j] - b->x[j];
         c->gap = dot(c->axis[0], c->arm[1]) - w->scene->body[i - 1].part[0].size[2];
     }
-    if (w->theta >= 1) return c->gap < 0.01; /* the problem decides */
     cross(s->w, c->arm[0], x);
     approach = dot(c->axis[0], s->v) + dot(c->axis[0], x);
     if (c->body[1] >= 0) {
         cross(b->w, c->arm[1], x);
         approach -= dot(c->axis[0], b->v) + dot(c->axis[0], x);
     }
+    /* theta = 1: the problem decides of all that may be reached */
+    if (w->theta >= 1) return c->gap < 0.01 + 2 * w->h * (approach < 0 ? -approach : 0);
     return c->gap + w->h / 2 * approach <= 1e-6; /* kept closed where rounding would open it */
 }
 
@@ -344,4 +345,6 @@ const report_engine report_peer = {
     siconos_step,
     siconos_state,
     siconos_unknowns,
-    siconos_close};
+    siconos_close,
+    REPORT_STEPS,
+    NULL};

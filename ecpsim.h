@@ -8690,6 +8690,28 @@ static void ecp_i_note_time(ecp_i_advance *a, const ecp_i_phase *f, ecp_real d, 
     if (f != &a->ahead) ECPSIM_MEMCPY(&a->ahead, f, sizeof *f);
 }
 
+/* The gap of the patch in that world, and where: n from A into B, the point from A's centre of mass, and
+   its velocity over B. */
+static ecp_real ecp_i_gap_at_first(const ecp_world *w, const ecp_i_phase *f, ecp_real n[3],
+                                   ecp_real at[3], ecp_real v[3])
+{
+    const ecp_i_body *ba = ecp_i_body_of(w, f->shape_a), *bb = ecp_i_body_of(w, f->shape_b);
+    ecp_real at_b[3], apart[3], gap;
+    ecp_i_posed A, B;
+    ecp_i_pose_of(w, f->shape_a, ba->x, &A);
+    ecp_i_pose_of(w, f->shape_b, ba->x, &B);
+    if (B.shape->kind == ECP_HALF_SPACE) {
+        gap = ecp_i_plane_gap(&A, &B, 0, n, at);
+    } else {
+        ecp_i_scale(-1, f->N, n);
+        gap = ecp_i_distance(&A, &B, at, at_b, n);
+        if (gap > 0) gap = ecp_i_max(gap * ECP_R(0.999), ecp_i_separation(&A, &B, n));
+    }
+    ecp_i_sub(ba->x, bb->x, apart);
+    ecp_i_slip_at(ba->v, bb->v, at, apart, v);
+    return gap;
+}
+
 /* Can the patch be in this phase at the beginning of the macro step? Returns 1 if its geometry can:
    no gap, no tilt. Otherwise the time until then is noted. */
 static int ecp_i_phase_fits(ecp_i_advance *a, const ecp_i_phase *f)
@@ -8698,29 +8720,20 @@ static int ecp_i_phase_fits(ecp_i_advance *a, const ecp_i_phase *f)
     const ecp_i_body *ba = ecp_i_body_of(w, f->shape_a), *bb = ecp_i_body_of(w, f->shape_b);
     const ecp_real *ra = a->rate + 6 * (ba - ecp_i_bodies(w)),
                    *rb = a->rate + 6 * (bb - ecp_i_bodies(w));
-    ecp_real at_a[3], at_b[3], n[3], local[3], v[3], apart[3], gap, tilt, spin[3], acc;
+    ecp_real at[3], n[3], local[3], v[3], tilt, spin[3], acc;
     ecp_real limit = a->o.tolerance * (ba->kind == ECP_DYNAMIC ? ba->length : bb->length);
-    ecp_i_posed A, B;
+    ecp_real gap = ecp_i_gap_at_first(w, f, n, at, v);
+    ecp_i_posed A;
     int fits = 1;
-    ecp_i_pose_of(w, f->shape_a, ba->x, &A);
-    ecp_i_pose_of(w, f->shape_b, ba->x, &B);
-    if (B.shape->kind == ECP_HALF_SPACE) {
-        gap = ecp_i_plane_gap(&A, &B, 0, n, at_a);
-    } else {
-        ecp_i_scale(-1, f->N, n);
-        gap = ecp_i_distance(&A, &B, at_a, at_b, n);
-        if (gap > 0) gap = ecp_i_max(gap * ECP_R(0.999), ecp_i_separation(&A, &B, n));
-    }
-    ecp_i_sub(ba->x, bb->x, apart);
-    ecp_i_slip_at(ba->v, bb->v, at_a, apart, v);
     ecp_i_sub(ba->v + 3, bb->v + 3, spin);
     if (gap > limit) {
         /* at the speed of approach, which weight, turning and the last rate of change can raise */
         acc = ecp_i_norm(w->desc.gravity) + ecp_i_norm(ra) + ecp_i_norm(rb) +
-              (ecp_i_norm(ra + 3) + ecp_i_dot(ba->v + 3, ba->v + 3)) * ecp_i_norm(at_a);
+              (ecp_i_norm(ra + 3) + ecp_i_dot(ba->v + 3, ba->v + 3)) * ecp_i_norm(at);
         ecp_i_note_time(a, f, gap, ecp_i_dot(n, v), acc);
         fits = 0;
     }
+    ecp_i_pose_of(w, f->shape_a, ba->x, &A);
     ecp_i_mul_t(A.Q, n, local);
     tilt = ecp_i_cone_miss(a, A.shape, f->a, f->faces[0], local);
     if (tilt * A.shape->radius > limit && A.shape->inequalities > 1) {
@@ -9589,14 +9602,39 @@ static int ecp_i_enough(ecp_real before, int aim, int column, const ecp_real *er
     return aim;
 }
 
+/* The saved state goes on as it did last, for a time that is too short for a step: what is neglected is
+   of the second order in it. */
+static void ecp_i_drift(ecp_i_advance *a, ecp_real time)
+{
+    ecp_world *w = a->w;
+    ecp_i_body *b = ecp_i_bodies(w);
+    int i, k;
+    ECPSIM_MEMCPY(w, a->saved, w->state_bytes);
+    for (i = 0; i < w->bodies; i++) {
+        if (!ecp_i_moves(b + i)) continue;
+        for (k = 0; k < 3; k++) ecp_i_add_carried(b[i].x + k, b[i].x_carry + k, time * b[i].v[k]);
+        ecp_quat_advance(b[i].q, b[i].v + 3, time, b[i].q);
+        if (b[i].kind != ECP_DYNAMIC) continue;
+        for (k = 0; k < 6; k++) {
+            ecp_i_add_carried(b[i].v + k, b[i].v_carry + k, time * a->rate[6 * i + k]);
+        }
+    }
+    ECPSIM_MEMCPY(a->saved, w, w->state_bytes);
+    a->t += time;
+}
+
 /* After a macro step with a change in it, until that is passed: where the next one should end. The time
    until the phase ahead, or until a margin is gone; H if neither is near. Returns 0 where the state
-   allows the phase ahead at once. */
+   allows the phase ahead at once, if need be after a time that is shorter than any step. */
 static ecp_real ecp_i_hunt(ecp_i_advance *a, ecp_real H, ecp_real least)
 {
     ecp_real to = H;
-    a->nearest = H;
+    a->nearest = ecp_i_max(H, least);
     if (a->looking && ecp_i_arrived(a)) return 0;
+    if (a->looking && a->nearest < least) {
+        ecp_i_drift(a, a->nearest);
+        return 0;
+    }
     to = ecp_i_min(to, a->nearest);
     to = ecp_i_min(to, ecp_i_margin_time(a));
     return to < least ? H : to;
@@ -9616,6 +9654,88 @@ static void ecp_i_accept(ecp_i_advance *a, int passed, int order, ecp_real error
     ecp_i_project(a);
     a->t = a->H < duration - a->t && !rest ? a->t + a->H : duration;
     a->r->reached = a->t;
+}
+
+/* ---- an impact alone */
+
+/* The time until the first of the patches meets that close and are within the tolerance of it, or so
+   near that no macro step is as short; less than 0 if there is none, or if there are others than on
+   half-spaces. Of the state that is saved, and the phases of the first column. */
+static ecp_real ecp_i_meeting(const ecp_i_advance *a)
+{
+    const ecp_world *w = ecp_i_snapshot(a->saved);
+    ecp_real first = -1;
+    int i;
+    for (i = 0; i < a->now_count; i++) {
+        const ecp_i_phase *f = a->now + i;
+        const ecp_i_body *b = ecp_i_body_of(w, f->shape_a);
+        ecp_real n[3], at[3], v[3], gap, speed, time;
+        if (ecp_i_parts(w)[f->shape_b].shape.kind != ECP_HALF_SPACE) return -1;
+        gap = ecp_i_gap_at_first(w, f, n, at, v);
+        speed = ecp_i_dot(n, v);
+        if (!(speed > 4 * a->o.tolerance * ecp_i_speed_scale(a, b))) continue;
+        time = ecp_i_max(gap, 0) / speed;
+        if (gap > a->o.tolerance * b->length && time > ecp_i_least(a)) continue;
+        if (first < 0 || time < first) first = time;
+    }
+    return first;
+}
+
+/* The velocities that an impact leaves at the pose of the saved state: those of one base step,
+   extrapolated to none of its length. Returns 1 if the world has them, within the tolerance. */
+static int ecp_i_velocities_after(ecp_i_advance *a, ecp_real h)
+{
+    ecp_world *w = a->w;
+    const ecp_i_body *before = ecp_i_bodies(ecp_i_snapshot(a->saved));
+    ecp_real last = 0;
+    int i, j, k;
+    a->now_count = 0;
+    for (j = 1; j <= a->o.order; j++) {
+        ecp_real *row = a->rows + (j - 1) * a->row, shorter = h / (ecp_real)j, error;
+        ECPSIM_MEMCPY(w, a->saved, w->state_bytes);
+        ecp_i_load_at(a, a->t + shorter);
+        ecp_i_clear_report(&a->r->step);
+        a->r->solves++;
+        a->r->step.status = ecp_i_step_once(w, shorter, &a->step, a->bytes, &a->r->step);
+        if (a->r->step.status != ECP_OK) return 0;
+        for (i = 0; i < w->bodies; i++, row += 12) {
+            if (!ecp_i_moves(before + i)) continue;
+            ecp_i_changes(ecp_i_bodies(w) + i, before + i, row);
+            for (k = 0; k < 6; k++) row[k] = 0;
+        }
+        if (j == 1) continue;
+        ecp_i_extrapolate(a, j);
+        error = ecp_i_error(a, a->rows, a->rows + a->row);
+        if (error <= ECP_R(0.1)) {
+            ecp_i_add_changes(a, a->rows);
+            return 1;
+        }
+        if (j > 2 && !(error < ECP_R(0.5) * last)) return 0;
+        last = error;
+    }
+    return 0;
+}
+
+/* Where a macro step that begins with an impact cannot have the same phases throughout, as patches do
+   not carry in the impact as they do after it (a table that falls back on all its legs): the
+   impact alone, in no time. What follows begins as a call does. Returns 1 if that is done. */
+static int ecp_i_impact_alone(ecp_i_advance *a)
+{
+    ecp_real time = ecp_i_meeting(a), h = ecp_i_first_length(a);
+    int attempt;
+    if (time < 0) return 0;
+    ECPSIM_MEMCPY(a->w, a->saved, a->w->state_bytes);
+    ecp_i_drift(a, time);
+    for (attempt = 0; attempt < 3; attempt++, h /= 8) {
+        if (!ecp_i_velocities_after(a, h)) continue;
+        a->r->events++;
+        a->last_count = 0;
+        ecp_i_project_velocities(a);
+        ecp_i_project(a);
+        return 1;
+    }
+    ECPSIM_MEMCPY(a->w, a->saved, a->w->state_bytes);
+    return 0;
 }
 
 /* macro steps of one length and order, whatever the error */
@@ -9654,7 +9774,7 @@ static ecp_status ecp_i_advance_to(ecp_i_advance *a, ecp_real duration)
 {
     ecp_real error[ECP_I_MAX_ORDER + 1], good[ECP_I_MAX_ORDER + 1], good_H = 0;
     ecp_real H = ecp_i_first_length(a), smooth = H;
-    int aim = 3, column = 0, good_column = 0, hunting = 0, rejected = 0;
+    int aim = 3, column = 0, good_column = 0, hunting = 0, rejected = 0, in_vain = 0;
     ecp_i_patience patience = {0, 0};
     ecp_status status = ECP_OK;
     while (a->t < duration) {
@@ -9673,6 +9793,7 @@ static ecp_status ecp_i_advance_to(ecp_i_advance *a, ecp_real duration)
                 H = to;
                 aim = ecp_i_enough(good_H, a->o.order, good_column, good, H);
             }
+            left = duration - a->t;
         }
         H = ecp_i_max(ecp_i_min(H, ecp_i_longest(a)), least);
         a->H = H < left ? H : left;
@@ -9687,6 +9808,7 @@ static ecp_status ecp_i_advance_to(ecp_i_advance *a, ecp_real duration)
         }
         rejected = outcome != ECP_I_DONE && outcome != ECP_I_PASSED;
         if (!rejected) {
+            in_vain = 0;
             ecp_i_accept(a, outcome == ECP_I_PASSED, column, error[column], duration);
             if (outcome == ECP_I_PASSED || a->impact || a->brief) a->looking = hunting = 0;
             if (outcome == ECP_I_PASSED) {
@@ -9713,6 +9835,12 @@ static ecp_status ecp_i_advance_to(ecp_i_advance *a, ecp_real duration)
         }
         a->r->rejected++;
         ECPSIM_MEMCPY(a->w, a->saved, a->w->state_bytes);
+        if (outcome == ECP_I_CHANGED && ++in_vain == 6 && ecp_i_impact_alone(a)) {
+            rejected = a->looking = hunting = in_vain = 0;
+            H = ecp_i_first_length(a);
+            aim = 3;
+            continue;
+        }
         if (outcome == ECP_I_UNSOLVED) {
             if (status != ECP_NOT_SOLVED || forced) return status;
             H = a->H / 4;

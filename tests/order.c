@@ -6,6 +6,8 @@
 #define ECPSIM_IMPLEMENTATION
 #include "../ecpsim.h"
 
+#include "truths.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -24,6 +26,7 @@ typedef struct scene {
     double duration;
     void (*build)(truth *t);
     ecp_load load;
+    double kick; /* when body 1 gets the angular impulse of Example 2, s; 0: never */
 } scene;
 
 static const double pi = 3.14159265358979323846;
@@ -135,7 +138,6 @@ static void build_fall(truth *t)
 /* falls 0.5 m, loses what mu takes of the tangential velocity in the impact, slides */
 static void build_landing(truth *t)
 {
-    double fall = sqrt(2 * 0.5 / G), rest = 0.6 - fall, v = 2 - 0.2 * G * fall;
     ecp_shape s;
     open_world(0.2, 0);
     ground(0);
@@ -143,13 +145,13 @@ static void build_landing(truth *t)
     *t = at_rest(0.55);
     t->v[0] = 2;
     body(&s, 1, NULL, t);
-    t->x[0] = 2 * fall + v * rest - 0.1 * G * rest * rest;
+    truth_landing(0.6, t->x, t->v);
     t->x[2] = 0.05;
-    t->v[0] = v - 0.2 * G * rest;
     t->turn = 1;
 }
 
-static void table(truth *t)
+/* the table, one leg on the axis x or y */
+static void table(truth *t, double vx, double vy, double first_leg)
 {
     const double inertia[3] = {0.3327, 0.3327, 0.4458};
     ecp_shape leg;
@@ -157,14 +159,14 @@ static void table(truth *t)
     open_world(0.12, 1);
     ground(0);
     *t = at_rest(0.3);
-    t->v[0] = 4;
-    t->v[1] = 3;
+    t->v[0] = vx;
+    t->v[1] = vy;
     body(NULL, 5, inertia, t);
     must(ecp_shape_cylinder(&leg, 0.1, 0.2));
     for (k = 0; k < 3; k++) {
         ecp_real at[3] = {0, 0, -0.1};
-        at[0] = 0.3 * cos(2 * pi * k / 3);
-        at[1] = 0.3 * sin(2 * pi * k / 3);
+        at[0] = 0.3 * cos(first_leg + 2 * pi * k / 3);
+        at[1] = 0.3 * sin(first_leg + 2 * pi * k / 3);
         must(ecp_body_add_shape(world, 1, &leg, at, NULL, &material, NULL));
     }
     t->turn = 1;
@@ -174,7 +176,7 @@ static void table(truth *t)
 static void build_sliding(truth *t)
 {
     double path;
-    table(t);
+    table(t, 4, 3, 0);
     path = 5 * 3 - 0.06 * G * 9;
     t->x[0] = 0.8 * path;
     t->x[1] = 0.6 * path;
@@ -184,56 +186,36 @@ static void build_sliding(truth *t)
 
 static void build_example1(truth *t)
 {
-    table(t);
+    table(t, 4, 3, 0);
     t->x[0] = 0.8 * 10.6292517006803;
     t->x[1] = 0.6 * 10.6292517006803;
     t->v[0] = t->v[1] = 0;
 }
 
-/* truths T3, by its differential equations: w and V (complex), with classical Runge-Kutta */
-static void t3_rate(const long double y[6], long double d[6])
+static void table_2(truth *t, double time)
 {
-    const long double m = 3, I = 0.125L, H = 0.25L, mu = 0.22L, er = 0.1L, g = 9.8L;
-    long double A = y[0] * y[0] + y[1] * y[1], B = er * er * y[2] * y[2];
-    long double C = mu * H * y[2] * mu * H * y[2], b = A + B - C;
-    long double s = sqrtl((b + sqrtl(b * b + 4 * B * C)) / 2);
-    long double k = mu * m * g / s, a = mu * H * y[2] / s, f = -k / (1 + a * a) / m;
-    d[0] = f * (y[0] - a * y[1]);
-    d[1] = f * (y[1] + a * y[0]);
-    d[2] = -er * er * mu * m * g * y[2] / s / I;
-    d[3] = y[0];
-    d[4] = y[1];
-    d[5] = y[2];
+    truth_t2_state s = truth_t2_at(time);
+    long double arm[2];
+    table(t, 0, 1, pi / 2);
+    truth_t2_arm(s.y[2], arm);
+    t->x[1] = (double)s.y[0];
+    t->v[1] = (double)s.y[1];
+    t->q[0] = (double)cosl(s.y[2] / 2);
+    t->q[1] = (double)sinl(s.y[2] / 2);
+    t->w[0] = (double)s.y[3];
+    /* it stands on the point, or on all legs */
+    t->x[2] = (double)-arm[1];
+    t->v[2] = (double)(-arm[0] * s.y[3]);
 }
 
-/* theta'' = -p^2 sin(al - theta), theta >= 0, of a block that rocks */
-static long double rock_p2, rock_al;
-static void rock_rate(const long double *y, long double *d)
-{
-    d[0] = y[1];
-    d[1] = -rock_p2 * sinl(rock_al - y[0]);
-}
-
-static void runge_kutta(void (*rate)(const long double *, long double *), int n, long double *y,
-                        long double duration, int steps)
-{
-    long double k[4][6], z[6], h = duration / steps;
-    int i, j, s;
-    for (i = 0; i < steps; i++) {
-        for (s = 0; s < 4; s++) {
-            for (j = 0; j < n; j++) {
-                z[j] = y[j] + (s == 0 ? 0 : (s == 3 ? h : h / 2) * k[s - 1][j]);
-            }
-            rate(z, k[s]);
-        }
-        for (j = 0; j < n; j++) y[j] += h / 6 * (k[0][j] + 2 * k[1][j] + 2 * k[2][j] + k[3][j]);
-    }
-}
+/* Example 2: on one leg, just before it lands (1.6018 s), and when it has come to rest */
+static void build_pivot(truth *t) { table_2(t, 1.6); }
+static void build_example2(truth *t) { table_2(t, 2.4); }
 
 static void build_t3(truth *t)
 {
     const double inertia[3] = {0.125, 0.125, 0.125};
-    long double y[6] = {1, 0, 5, 0, 0, 0};
+    double y[6];
     ecp_shape s;
     open_world(0.22, 0.1);
     ground(0);
@@ -242,14 +224,14 @@ static void build_t3(truth *t)
     t->v[0] = 1;
     t->w[2] = 5;
     body(&s, 3, inertia, t);
-    runge_kutta(t3_rate, 6, y, 0.3L, 3000);
-    t->v[0] = (double)y[0];
-    t->v[1] = (double)y[1];
-    t->w[2] = (double)y[2];
-    t->x[0] = (double)y[3];
-    t->x[1] = (double)y[4];
-    t->q[0] = cos((double)y[5] / 2);
-    t->q[3] = sin((double)y[5] / 2);
+    truth_t3(0.3, y);
+    t->v[0] = y[0];
+    t->v[1] = y[1];
+    t->w[2] = y[2];
+    t->x[0] = y[3];
+    t->x[1] = y[4];
+    t->q[0] = cos(y[5] / 2);
+    t->q[3] = sin(y[5] / 2);
     t->turn = 1;
 }
 
@@ -291,44 +273,29 @@ static void block_state(truth *t, double theta, double rate, int side)
 static void build_block(truth *t)
 {
     ecp_shape s;
-    rock_al = atan2l(0.1L, 0.3L);
-    rock_p2 = 3 * 9.8L / (4 * sqrtl(0.1L));
     open_world(2, 0);
     ground(0);
     box(&s, 0.1, 0.1, 0.3);
     *t = at_rest(0);
-    block_state(t, (double)rock_al / 2, 0, 1);
+    block_state(t, (double)truth_rock_al() / 2, 0, 1);
     body(&s, 1, NULL, t);
 }
 
 static void build_rocking(truth *t)
 {
-    long double y[2];
+    double theta, rate;
     build_block(t);
-    y[0] = rock_al / 2;
-    y[1] = 0;
-    runge_kutta(rock_rate, 2, y, 0.27L, 4000);
-    block_state(t, (double)y[0], (double)y[1], 1);
+    truth_rock(0.27, &theta, &rate);
+    block_state(t, theta, rate, 1);
 }
 
-/* through the impact: momentum about the new edge leaves 1 - 3/2 sin^2(al) of the angular velocity */
+/* through the impact, on to the other edge */
 static void build_impact(truth *t)
 {
-    long double y[2], past = 0.27L;
-    int k;
+    double theta, rate;
     build_block(t);
-    y[0] = rock_al / 2;
-    y[1] = 0;
-    runge_kutta(rock_rate, 2, y, past, 4000);
-    for (k = 0; k < 8; k++) {
-        long double d = -y[0] / y[1];
-        runge_kutta(rock_rate, 2, y, d, 10);
-        past += d;
-    }
-    y[0] = 0;
-    y[1] = -y[1] * (1 - 1.5L * 0.1L);
-    runge_kutta(rock_rate, 2, y, 0.6L - past, 4000);
-    block_state(t, (double)y[0], (double)y[1], -1);
+    truth_rock(0.6, &theta, &rate);
+    block_state(t, -theta, -rate, -1);
 }
 
 /* a box on an incline of th: at rest there, as the truth is at first */
@@ -432,21 +399,45 @@ static void build_lift(truth *t)
     t->turn = 1;
 }
 
+/* T7, one turn over: I = (1, 2, 3) */
+static const double t7_inertia[3] = {1, 2, 3};
+
+static void t7_world(truth *t)
+{
+    const ecp_real none[3] = {0, 0, 0};
+    open_world(0, 0);
+    must(ecp_world_set_gravity(world, none));
+    *t = at_rest(0);
+    t->w[0] = t->w[2] = 0.01;
+    t->w[1] = 1;
+    body(NULL, 1, t7_inertia, t);
+}
+
+static void build_t7(truth *t)
+{
+    t7_world(t);
+    truth_t7(20, t->q, t->w);
+    t->turn = 1;
+}
+
 static const scene scenes[] = {
-    {"free fall", 0.5, build_fall, NULL},
-    {"landing, then sliding", 0.6, build_landing, NULL},
-    {"T1 while it slides", 3, build_sliding, NULL},
-    {"T1 beyond its stop", 5, build_example1, NULL},
-    {"T3 spin and slide", 0.3, build_t3, NULL},
-    {"T3 spins to a stop", 1.5, build_spin, NULL},
-    {"T5 rocking block", 0.27, build_rocking, NULL},
-    {"T5 through its impact", 0.6, build_impact, NULL},
-    {"T5 slip on an incline", 1, build_slip, NULL},
-    {"T5 stick on an incline", 1, build_stick, NULL},
-    {"T6 slides, then rolls", 1, build_roll, NULL},
-    {"T6 rolls down", 1, build_roll_down, NULL},
-    {"pushed until it slips", 2, build_push, push},
-    {"pulled until it lifts", 2, build_lift, lift},
+    {"free fall", 0.5, build_fall, NULL, 0},
+    {"landing, then sliding", 0.6, build_landing, NULL, 0},
+    {"T1 while it slides", 3, build_sliding, NULL, 0},
+    {"T1 beyond its stop", 5, build_example1, NULL, 0},
+    {"T2 on one leg", 1.6, build_pivot, NULL, 0.75},
+    {"T2 through its landing", 2.4, build_example2, NULL, 0.75},
+    {"T3 spin and slide", 0.3, build_t3, NULL, 0},
+    {"T3 spins to a stop", 1.5, build_spin, NULL, 0},
+    {"T5 rocking block", 0.27, build_rocking, NULL, 0},
+    {"T5 through its impact", 0.6, build_impact, NULL, 0},
+    {"T5 slip on an incline", 1, build_slip, NULL, 0},
+    {"T5 stick on an incline", 1, build_stick, NULL, 0},
+    {"T6 slides, then rolls", 1, build_roll, NULL, 0},
+    {"T6 rolls down", 1, build_roll_down, NULL, 0},
+    {"T7 turns over", 20, build_t7, NULL, 0},
+    {"pushed until it slips", 2, build_push, push, 0},
+    {"pulled until it lifts", 2, build_lift, lift, 0},
 };
 #define SCENES (int)(sizeof scenes / sizeof *scenes)
 
@@ -497,6 +488,24 @@ static double advance(double duration, double tolerance, ecp_load load, ecp_adva
     return seconds() - begin;
 }
 
+/* a scene from its beginning to its end; *r: of all */
+static double run_scene(const scene *s, double tolerance, ecp_advance_report *r)
+{
+    const ecp_real kick[3] = {-5, 0, 0};
+    ecp_advance_report first;
+    double spent;
+    if (!(s->kick > 0)) return advance(s->duration, tolerance, s->load, r);
+    spent = advance(s->kick, tolerance, s->load, &first);
+    must(ecp_body_apply_angular_impulse(world, 1, kick));
+    spent += advance(s->duration - s->kick, tolerance, s->load, r);
+    r->solves += first.solves;
+    r->events += first.events;
+    r->first_order += first.first_order;
+    r->forced += first.forced;
+    if (first.highest_order > r->highest_order) r->highest_order = first.highest_order;
+    return spent;
+}
+
 /* the least time in which first-order steps are within 1e-3 of Example 1's stop, in ms */
 static double first_order(double *h_out)
 {
@@ -518,8 +527,6 @@ static double first_order(double *h_out)
 }
 
 /* ---- T7: a body that flips over and over */
-
-static const double t7_inertia[3] = {1, 2, 3};
 
 static void body_axes(double w[3])
 {
@@ -559,18 +566,13 @@ static double next_flip(double tolerance)
 
 static double flip_interval_error(double tolerance)
 {
-    const ecp_real none[3] = {0, 0, 0};
     double w[3], energy = 0, momentum[3], before[3], drift = 0, interval;
     ecp_real R[9], q[4], v[3];
     ecp_advance_report r;
-    truth t = at_rest(0);
+    truth t;
     int k, j;
-    open_world(0, 0);
-    must(ecp_world_set_gravity(world, none));
-    t.w[0] = t.w[2] = 0.01;
-    t.w[1] = 1;
+    t7_world(&t);
     for (k = 0; k < 3; k++) before[k] = t7_inertia[k] * t.w[k];
-    body(NULL, 1, t7_inertia, &t);
     next_flip(tolerance);
     /* off the zero, so that the next one is another */
     advance(1, tolerance, NULL, NULL);
@@ -608,7 +610,7 @@ int main(int argc, char **argv)
             double s, error, depth;
             tolerance = pow(10, -digits);
             scenes[i].build(&t);
-            s = advance(scenes[i].duration, tolerance, scenes[i].load, &r);
+            s = run_scene(scenes + i, tolerance, &r);
             error = error_of(&t);
             depth = overlap();
             worst = largest(error / tolerance, worst);

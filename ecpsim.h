@@ -9542,7 +9542,7 @@ static ecp_i_outcome ecp_i_plain_step(ecp_i_advance *a, ecp_real left, ecp_statu
         w->printed_moment = 1;
         a->r->solves += a->r->step.substeps;
         a->r->step.status = *status;
-        if (*status != ECP_NOT_SOLVED) break;
+        if (*status != ECP_NOT_SOLVED || a->H >= left) break;
     }
     if (*status != ECP_OK) return ECP_I_UNSOLVED;
     for (i = 0; i < w->bodies; i++) {

@@ -355,6 +355,7 @@ EOF
 
 known_double=0
 known_float=2
+known_float_advance=2
 
 unsolved_within() {
     [ "$(sed -n 's/^stress:.* unsolved=\([0-9]*\) .*/\1/p' "$1")" -le "$2" ]
@@ -375,6 +376,9 @@ test_stress() {
     check 'stress: as many are solved as are known to be' \
         unsolved_within "$out/stress.log" $known_double
     check 'stress, to each step'\''s time within a tolerance' "$out/stress" advance
+    "$out/stress_float" advance >"$out/stress_float_advance.log" 2>&1
+    check 'the same in float' \
+        unsolved_within "$out/stress_float_advance.log" $known_float_advance
     check 'stress, float' unsolved_within "$out/stress_float.log" $known_float
 }
 

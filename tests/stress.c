@@ -992,6 +992,19 @@ static void trace(const trial *t, int step, const ecp_report *r)
             r->patches_kept, (double)r->largest_turn, -(double)r->worst_gap, t->energy);
 }
 
+/* what rounding of positions leaves, in lengths of the bodies: ecp_advance refuses less */
+static ecp_real advance_floor(const ecp_world *w)
+{
+    ecp_real worst = 0;
+    int i;
+    for (i = 0; i < w->bodies; i++) {
+        const ecp_i_body *b = ecp_i_bodies(w) + i;
+        ecp_real far = b->kind == ECP_DYNAMIC ? ecp_i_norm(b->x) / b->length : 0;
+        worst = ecp_i_max(worst, 65 * ECP_I_EPSILON * (1 + far));
+    }
+    return worst;
+}
+
 /* a step, or with `stress advance` the same time within a tolerance */
 static void go_on(trial *t, ecp_report *r)
 {
@@ -1001,7 +1014,7 @@ static void go_on(trial *t, ecp_report *r)
         ecp_step(t->s.world, (ecp_real)t->h, NULL, r);
         return;
     }
-    o.tolerance = (ecp_real)(in_double ? 1e-4 : 2e-3);
+    o.tolerance = ecp_i_max((ecp_real)(in_double ? 1e-4 : 2e-3), advance_floor(t->s.world));
     o.max_solves = 20000;
     ecp_advance(t->s.world, (ecp_real)t->h, &o, &a);
     *r = a.step;

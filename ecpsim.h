@@ -880,7 +880,8 @@ typedef struct ecp_advance_report {
    On any status but ECP_OK the whole block is bit for bit as it was: ECP_CAPACITY where the
    description has not this order, ECP_TOLERANCE where the tolerance is below what rounding leaves (16
    times that of the base steps, or 64 rounding units of the distance from the origin over L),
-   ECP_BAD_STEP for a negative duration, ECP_BAD_OPTION, ECP_NOT_FINITE, and those of ecp_step. */
+   ECP_BAD_STEP for a negative duration, ECP_BAD_OPTION (also within its own callback), ECP_NOT_FINITE,
+   and those of ecp_step. */
 ECP_DEF ecp_status ecp_advance(ecp_world *world, ecp_real duration,
                                const ecp_advance_options *options, ecp_advance_report *report);
 
@@ -9868,6 +9869,7 @@ static ecp_status ecp_i_check_advance(const ecp_world *w, ecp_real duration,
     ecp_status status = ecp_i_check_options(step);
     int i;
     if (status != ECP_OK) return status;
+    if (w->printed_moment) return ECP_BAD_OPTION; /* within its own callback */
     if (w->desc.advance_order == 0) return ECP_CAPACITY;
     if (!ecp_i_finite(duration) || !ecp_i_finite(o->tolerance) || !ecp_i_finite(o->macro_step) ||
         !ecp_i_finite(o->time)) {

@@ -93,9 +93,29 @@ static void advance_memory(void)
     CHECK(ecp_world_memsize(&d) == 0);
 }
 
+/* a callback that calls what has called it */
+static void advance_nested(void *user, ecp_world *w, ecp_real time)
+{
+    (void)time;
+    *(int *)user += ecp_advance(w, 1, NULL, NULL) == ECP_BAD_OPTION ? 1 : 1000;
+}
+
+/* nothing to move, by itself and at a pace */
+static void advance_nobody(void)
+{
+    ecp_advance_options o = ecp_advance_options_default();
+    ecp_world *w = advance_world(4);
+    ecp_advance_report r;
+    CHECK(ecp_advance(w, 10, &o, &r) == ECP_OK && r.reached == 10);
+    o.macro_step = 1;
+    CHECK(ecp_advance(w, 10, &o, &r) == ECP_OK && r.reached == 10 && r.events == 0);
+    free(w);
+}
+
 /* every bad call has its own status and changes nothing */
 static void advance_refuses(void)
 {
+    int nested = 0;
     ecp_world *w = advance_scene(4, 0.5, 0, 0.05), *plain = advance_scene(0, 0.5, 0, 0.05);
     ecp_world_desc d = w->desc;
     size_t n = ecp_world_memsize(&d);
@@ -131,6 +151,10 @@ static void advance_refuses(void)
     CHECK(ecp_advance(w, 1, &o, &r) == ECP_NOT_SOLVED && r.solves >= 5 && r.reached < 1);
     CHECK(memcmp(before, w, n) == 0);
     o.max_solves = 0;
+    o.load = advance_nested;
+    o.load_user = &nested;
+    CHECK(ecp_advance(w, ECP_R(0.1), &o, &r) == ECP_OK && nested > 0 && nested < 1000);
+    o.load = NULL;
     CHECK(ecp_advance(w, 0, &o, &r) == ECP_OK && r.solves == 0);
     CHECK(ecp_advance(w, 1, &o, &r) == ECP_OK);
     CHECK(advance_clean(w));
@@ -473,6 +497,7 @@ static void advance_thrown(void)
 static void test_advance_section(void)
 {
     advance_memory();
+    advance_nobody();
     advance_refuses();
     advance_truths();
     advance_spin();

@@ -9843,7 +9843,8 @@ static ecp_status ecp_i_advance_to(ecp_i_advance *a, ecp_real duration)
             continue;
         }
         if (outcome == ECP_I_UNSOLVED) {
-            if (status != ECP_NOT_SOLVED || forced) return status;
+            /* the longer a base step, the more patches it may reach */
+            if ((status != ECP_NOT_SOLVED && status != ECP_CAPACITY) || forced) return status;
             H = a->H / 4;
         } else if (outcome == ECP_I_UNCONVERGED) {
             H = ecp_i_min(ecp_i_choose(a, column, error, &aim), a->H / 2);

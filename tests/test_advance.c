@@ -93,6 +93,28 @@ static void advance_memory(void)
     CHECK(ecp_world_memsize(&d) == 0);
 }
 
+/* a long macro step may reach more patches than there is room for: it is shortened, not refused */
+static void advance_short_of_room(void)
+{
+    ecp_world_desc d = ecp_world_desc_default();
+    ecp_advance_options o = ecp_advance_options_default();
+    ecp_material m = ecp_material_default();
+    ecp_shape s;
+    ecp_world *w;
+    ecp_real x[3] = {0, 0, 0};
+    int k, last = 0;
+    d.advance_order = 6;
+    d.max_patches = 5;
+    w = test_world(&d);
+    test_ground(w, 0, 0, 1, &m);
+    advance_box(&s, 0.1, 0.1, 0.05);
+    for (k = 0; k < 5; k++) last = advance_body(w, &s, &m, 0, 0, 0.05 + 0.1 * k);
+    CHECK(ecp_advance(w, 1, &o, NULL) == ECP_OK);
+    ecp_body_get_state(w, last, x, NULL, NULL, NULL);
+    CHECK_NEAR(x[2], 0.45, test_by(1e-12, 1e-5));
+    free(w);
+}
+
 /* a callback that calls what has called it */
 static void advance_nested(void *user, ecp_world *w, ecp_real time)
 {
@@ -498,6 +520,7 @@ static void test_advance_section(void)
 {
     advance_memory();
     advance_nobody();
+    advance_short_of_room();
     advance_refuses();
     advance_truths();
     advance_spin();

@@ -594,8 +594,9 @@ static report_scene scenes[] = {
      .measure = "position of the centre of mass, the worst of every 0.4 s to 1.6 s",
      .truth_is = "the integral of its equations of motion in the plane of symmetry, with the leg's "
                  "slip and its reversal",
-     .remark = "At 1.6018 s it falls back on all legs. The peers stand on the outermost points of "
-               "the legs, about which the table tilts, and do without its top.",
+     .remark = "That integral knows nothing of the library; our first-order steps approach it in "
+               "proportion to h. At 1.6018 s the table falls back on all legs. The peers stand on "
+               "the outermost points of the legs, about which it tilts, and do without its top.",
      .end = 1.6,
      .sample = 0.4,
      .build = t2_world,
@@ -607,7 +608,7 @@ static report_scene scenes[] = {
      .title = "T2: the table of Example 2 falls back on its legs and rests",
      .unit = "m",
      .measure = "position of the centre of mass, the worst of every 0.4 s to 2.4 s",
-     .truth_is = "the same, with an impact on all legs at once, whose friction stops the table",
+     .truth_is = "that integral, with an impact on all legs at once whose friction stops the table",
      .remark = "A step that does not end just when the table lands leaves a part of the impact to "
                "the next step, and friction is another one in between: with our first-order steps "
                "up to 1.3 cm, however short they are.",
@@ -735,8 +736,8 @@ static report_scene scenes[] = {
      .measure = "the angle by which the pose is off at 20 s",
      .truth_is = "the integral of Euler's equations",
      .remark = "Moments of inertia 1, 2, 3, angular velocity (0.01, 1, 0.01) at first: it turns "
-               "over every 19.55 s, and what is off grows a hundredfold until then. Energy and "
-               "angular momentum: how far from those of the start, relative to them.",
+               "over every 19.55 s, and what is off grows on the way. Energy and angular momentum: "
+               "how far from those of the start, relative to them.",
      .end = 20,
      .build = t7_world,
      .watch = t7_watch,

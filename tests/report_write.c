@@ -376,7 +376,7 @@ static void put_scene(FILE *f, const report_scene *scene, const table *t)
             "| %sunsolved | instructions |\n",
             scene->has_discrete ? "error of the step, " : "",
             scene->has_discrete ? (strcmp(scene->unit, "m") ? "m/s " : "m ") : "",
-            scene->conserves ? "| energy drift | momentum drift " : "",
+            scene->conserves ? "energy drift | momentum drift " : "",
             scene->rests ? "creep, m/s | " : "");
     fprintf(f, "|---|---|---|---|%s%s---|%s---|---|\n", scene->has_discrete ? "---|" : "",
             scene->conserves ? "---|---|" : "", scene->rests ? "---|" : "");

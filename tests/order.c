@@ -601,8 +601,8 @@ int main(int argc, char **argv)
     double worst = 0, t3 = 0, rock = 0, ex1 = 0, ex1_ms = 0, first_ms, h, flip = 0, tolerance;
     int t3_solves = 0, rock_solves = 0, ex1_solves = 0, i, digits,
         last = argc > 1 ? atoi(argv[1]) : 10;
-    printf("%-24s %9s %9s %7s %9s %7s %6s %6s %9s\n", "scene", "tolerance", "error", "solves",
-           "seconds", "events", "first", "order", "overlap");
+    printf("%-24s %9s %9s %7s %9s %7s %6s %7s %6s %9s\n", "scene", "tolerance", "error", "solves",
+           "seconds", "events", "first", "forced", "order", "overlap");
     for (i = 0; i < SCENES; i++) {
         for (digits = 3; digits <= last; digits++) {
             ecp_advance_report r;
@@ -614,8 +614,8 @@ int main(int argc, char **argv)
             error = error_of(&t);
             depth = overlap();
             worst = largest(error / tolerance, worst);
-            printf("%-24s %9.0e %9.2e %7d %9.2e %7d %6d %6d %9.1e\n", scenes[i].name, tolerance,
-                   error, r.solves, s, r.events, r.first_order, r.highest_order, depth);
+            printf("%-24s %9.0e %9.2e %7d %9.2e %7d %6d %7d %6d %9.1e\n", scenes[i].name, tolerance,
+                   error, r.solves, s, r.events, r.first_order, r.forced, r.highest_order, depth);
             free(world);
             if (digits != 9) continue;
             if (scenes[i].build == build_t3) {

@@ -355,7 +355,7 @@ EOF
 
 known_double=0
 known_float=2
-known_float_advance=2
+known_float_advance=1
 
 unsolved_within() {
     [ "$(sed -n 's/^stress:.* unsolved=\([0-9]*\) .*/\1/p' "$1")" -le "$2" ]

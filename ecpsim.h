@@ -9604,21 +9604,23 @@ static int ecp_i_enough(ecp_real before, int aim, int column, const ecp_real *er
 }
 
 /* The saved state goes on as it did last, for a time that is too short for a step: what is neglected is
-   of the second order in it. */
+   of the third order in it, and of the second in velocities. */
 static void ecp_i_drift(ecp_i_advance *a, ecp_real time)
 {
     ecp_world *w = a->w;
     ecp_i_body *b = ecp_i_bodies(w);
+    ecp_real dv[6], mean[6];
     int i, k;
     ECPSIM_MEMCPY(w, a->saved, w->state_bytes);
     for (i = 0; i < w->bodies; i++) {
         if (!ecp_i_moves(b + i)) continue;
-        for (k = 0; k < 3; k++) ecp_i_add_carried(b[i].x + k, b[i].x_carry + k, time * b[i].v[k]);
-        ecp_quat_advance(b[i].q, b[i].v + 3, time, b[i].q);
-        if (b[i].kind != ECP_DYNAMIC) continue;
         for (k = 0; k < 6; k++) {
-            ecp_i_add_carried(b[i].v + k, b[i].v_carry + k, time * a->rate[6 * i + k]);
+            dv[k] = b[i].kind == ECP_DYNAMIC ? time * a->rate[6 * i + k] : ECP_R(0);
+            mean[k] = b[i].v[k] + dv[k] / 2;
         }
+        for (k = 0; k < 3; k++) ecp_i_add_carried(b[i].x + k, b[i].x_carry + k, time * mean[k]);
+        ecp_quat_advance(b[i].q, mean + 3, time, b[i].q);
+        for (k = 0; k < 6; k++) ecp_i_add_carried(b[i].v + k, b[i].v_carry + k, dv[k]);
     }
     ECPSIM_MEMCPY(a->saved, w, w->state_bytes);
     a->t += time;

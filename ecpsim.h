@@ -3739,6 +3739,8 @@ typedef struct ecp_i_pair {
     int plane;                 /* B is a half-space */
     int nl, nm, nf;            /* numbers of multipliers of f and g, of friction rows (0, 2, 3) */
     int at, count;             /* of its unknowns in the island's vector */
+    ecp_i_patch *record;       /* what the step leaves of it, and the multipliers */
+    ecp_real *multipliers;
     ecp_real mu, e[3], direction[3];
     ecp_real L, V, P;              /* units of length, velocity, impulse */
     struct ecp_i_pair *next_below; /* of the patches that carry the same body */
@@ -6928,11 +6930,8 @@ typedef struct ecp_i_step {
     ecp_i_motion *motions;
     ecp_i_pair *pairs;
     int pair_count;
-    ecp_i_patch *records; /* the next list of patches, and its multipliers */
-    ecp_real *multipliers;
     int *extra, extras; /* pairs of shapes that turned out to touch after all */
-    int *notes;  /* of each pair: its shapes, lower first, and its patch in the world or -1 */
-    int *bodies; /* of an island */
+    int *bodies;        /* of an island */
     ecp_i_broad broad;
     ecp_real *margins, *reaches; /* of each primitive, ecp_i_margin and ecp_i_part_reach */
     ecp_i_pair **members;
@@ -6957,20 +6956,36 @@ static void ecp_i_carve_step(ecp_i_arena *arena, int bodies, int shapes, int pat
     s->motions = (ecp_i_motion *)ecp_i_take(arena, (size_t)bodies, sizeof(ecp_i_motion));
     s->margins = ecp_i_take_reals(arena, 2, shapes);
     ecp_i_carve_broad(arena, shapes, &s->broad);
-    s->bodies = ecp_i_take_ints(arena, bodies + 5 * patches);
+    s->bodies = ecp_i_take_ints(arena, bodies + 2 * patches);
     if (!s->bodies || !s->margins) return;
     s->reaches = s->margins + shapes;
     s->extra = s->bodies + bodies;
-    s->notes = s->extra + 2 * patches;
 }
 
 /* for the pairs that are in the step */
-static void ecp_i_carve_patches(ecp_i_arena *arena, int patches, int inequalities, ecp_i_step *s)
+static void ecp_i_carve_pairs(ecp_i_arena *arena, int pairs, ecp_i_step *s)
 {
-    s->records = (ecp_i_patch *)ecp_i_take(arena, (size_t)patches, sizeof(ecp_i_patch));
-    s->multipliers = ecp_i_take_reals(arena, patches, inequalities);
-    s->members = (ecp_i_pair **)ecp_i_take(arena, (size_t)patches, sizeof(ecp_i_pair *));
-    s->pairs = (ecp_i_pair *)ecp_i_take(arena, (size_t)patches, sizeof(ecp_i_pair));
+    s->pairs = (ecp_i_pair *)ecp_i_take(arena, (size_t)pairs, sizeof(ecp_i_pair));
+}
+
+static void ecp_i_carve_members(ecp_i_arena *arena, int pairs, ecp_i_step *s)
+{
+    s->members = (ecp_i_pair **)ecp_i_take(arena, (size_t)pairs, sizeof(ecp_i_pair *));
+}
+
+/* What an island leaves of its patches, zero. It takes the place of the memory in which the island was
+   solved, and is less than that, so that nothing need be added for it. */
+static void ecp_i_carve_records(ecp_i_step *s, int label)
+{
+    size_t bytes = sizeof(ecp_i_patch) + (size_t)s->w->desc.max_inequalities * sizeof(ecp_real);
+    int i;
+    for (i = s->motions[label].first_pair; i >= 0; i = s->pairs[i].next_pair) {
+        ecp_i_pair *c = s->pairs + i;
+        c->record = (ecp_i_patch *)ecp_i_take(&s->arena, bytes, 1);
+        ECPSIM_ASSERT(c->record);
+        ECPSIM_MEMSET(c->record, 0, bytes);
+        c->multipliers = (ecp_real *)(void *)(c->record + 1);
+    }
 }
 
 /* values, gradients and lists of one patch with nl + nm multipliers */
@@ -6992,13 +7007,13 @@ static void ecp_i_carve_pair(ecp_i_arena *arena, int nl, int nm, ecp_i_pair *c)
     c->active_b = ints + nl;
 }
 
-/* the vectors of Newton's method: z, F; and where the first residual will not do, the best z, dz,
-   trial, the last z that a ramp has reached */
-static void ecp_i_carve_vectors(ecp_i_arena *arena, int unknowns, ecp_real *vectors[7])
+/* the vectors of Newton's method: z, F; and where the first residual will not do, the last z that a
+   ramp has reached or the one to which a centring step goes back, dz, trial, drift */
+static void ecp_i_carve_vectors(ecp_i_arena *arena, int unknowns, ecp_real *vectors[6])
 {
     int k;
-    vectors[0] = ecp_i_take_reals(arena, unknowns, 7);
-    for (k = 1; k < 7; k++) vectors[k] = vectors[0] ? vectors[k - 1] + unknowns : NULL;
+    vectors[0] = ecp_i_take_reals(arena, unknowns, 6);
+    for (k = 1; k < 6; k++) vectors[k] = vectors[0] ? vectors[k - 1] + unknowns : NULL;
 }
 
 /* unknowns of a patch with three friction rows and all multipliers that the description allows */
@@ -7083,14 +7098,15 @@ static void ecp_i_carve_world(ecp_i_arena *arena, ecp_world *w)
     ecp_i_pair c;
     ecp_i_tree t;
     ecp_i_graph g;
-    ecp_real *vectors[7];
+    ecp_real *vectors[6];
     int i, most = ecp_i_most_unknowns(d);
     size_t reals = ecp_i_tree_reals(d);
     ecp_i_carve_state(arena, w);
     ecp_i_carve_step(arena, d->max_bodies, d->max_shapes, d->max_patches, &s);
-    ecp_i_carve_patches(arena, d->max_patches, d->max_inequalities, &s);
+    ecp_i_carve_pairs(arena, d->max_patches, &s);
+    ecp_i_carve_members(arena, d->max_patches, &s);
     for (i = 0; i < d->max_patches; i++) {
-        ecp_i_carve_pair(arena, d->max_inequalities, 2, &c);
+        ecp_i_carve_pair(arena, d->max_inequalities, 0, &c);
         ecp_i_carve_block(arena, most, ECP_I_MOVERS, &c);
     }
     if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_SUBSTEPS) ecp_i_take(arena, w->state_bytes, 1); /* before */
@@ -7151,7 +7167,8 @@ ECP_DEF ecp_status ecp_world_init(ecp_world **world, const ecp_world_desc *desc,
 
 /* >>patches: which pairs of primitives are in the step's problem */
 
-/* the two primitives of a pair and where they are, without the rest of it */
+/* the primitives i < j as a pair and where they are, without the rest of it; 0 if they never make a
+   patch */
 static int ecp_i_pair_bind(const ecp_i_step *s, int i, int j, ecp_i_pair *c)
 {
     const ecp_i_part *parts = ecp_i_parts(s->w);
@@ -7242,16 +7259,14 @@ static void ecp_i_pair_friction(ecp_i_pair *c)
     ecp_i_normalise(c->direction);
 }
 
-/* the primitives i < j as a patch, zero before; 0 if they never make one */
-static int ecp_i_pair_setup(const ecp_i_step *s, int i, int j, ecp_i_pair *c)
+/* the rest of it, zero before; old: its patch in the world's list, or -1 */
+static void ecp_i_pair_setup(ecp_i_pair *c, int old)
 {
-    if (!ecp_i_pair_bind(s, i, j, c)) return 0;
     c->nl = c->a->shape.inequalities;
     c->nm = ecp_i_on_plane(c) ? 0 : c->b->shape.inequalities;
     ecp_i_pair_friction(c);
     c->count = ecp_i_at_p(c) + 1 + c->nf;
-    c->old = -1;
-    return 1;
+    c->old = old;
 }
 
 static int ecp_i_is_extra(const ecp_i_step *s, int i, int j)
@@ -7277,29 +7292,32 @@ static int ecp_i_patch_is(const ecp_i_patch *p, int i, int j)
            (p->contact.shape_a == j && p->contact.shape_b == i);
 }
 
-/* notes the pair of i < j if it can touch; *next: where the search in the world's list goes on */
-static ecp_status ecp_i_note_pair(ecp_i_step *s, int i, int j, int *next)
+/* Adds the pair of i < j if it can touch, at the end of those that begin at `begin`. *next: where the
+   search in the world's list goes on. */
+static ecp_status ecp_i_add_pair(ecp_i_step *s, size_t begin, int i, int j, int *next)
 {
     const ecp_i_patch *list = ecp_i_patches(s->w), *old = NULL;
-    ecp_i_pair c;
-    int inequalities, *note;
-    if (!ecp_i_pair_bind(s, i, j, &c)) return ECP_OK;
+    ecp_i_pair *c;
+    int inequalities;
+    s->arena.used = begin;
+    ecp_i_carve_pairs(&s->arena, s->pair_count + 1, s);
+    ECPSIM_ASSERT(s->pairs);
+    c = s->pairs + s->pair_count;
+    if (!ecp_i_pair_bind(s, i, j, c)) return ECP_OK;
     while (*next < s->w->patches && ecp_i_patch_before(list + *next, i, j)) ++*next;
     if (*next < s->w->patches && ecp_i_patch_is(list + *next, i, j)) old = list + *next;
-    if (!ecp_i_near(s, &c, old) && !ecp_i_is_extra(s, i, j)) return ECP_OK;
+    if (!ecp_i_near(s, c, old) && !ecp_i_is_extra(s, i, j)) return ECP_OK;
     if (s->pair_count == s->w->desc.max_patches) {
         return ecp_i_fail(s->r, ECP_CAPACITY, -1, i, j, (ecp_real)(s->pair_count + 1),
                           (ecp_real)s->w->desc.max_patches);
     }
-    inequalities = c.a->shape.inequalities + (ecp_i_on_plane(&c) ? 0 : c.b->shape.inequalities);
+    inequalities = c->a->shape.inequalities + (ecp_i_on_plane(c) ? 0 : c->b->shape.inequalities);
     if (inequalities > s->w->desc.max_inequalities) {
         return ecp_i_fail(s->r, ECP_CAPACITY, -1, i, j, (ecp_real)inequalities,
                           (ecp_real)s->w->desc.max_inequalities);
     }
-    note = s->notes + 3 * s->pair_count++;
-    note[0] = i;
-    note[1] = j;
-    note[2] = old ? *next : -1;
+    ecp_i_pair_setup(c, old ? *next : -1);
+    s->pair_count++;
     return ECP_OK;
 }
 
@@ -7325,6 +7343,7 @@ static ecp_status ecp_i_find_pairs(ecp_i_step *s)
     const ecp_i_part *parts = ecp_i_parts(s->w);
     ecp_i_broad *b = &s->broad;
     ecp_status status = ECP_OK;
+    size_t begin = s->arena.used;
     int i, k, found, next = 0, shapes = s->w->shapes;
     for (i = 0; i < shapes; i++) {
         const ecp_i_motion *m = s->motions + parts[i].body;
@@ -7349,28 +7368,34 @@ static ecp_status ecp_i_find_pairs(ecp_i_step *s)
             if (s->extra[2 * k] == i) found = ecp_i_insert_hit(b->hits, found, s->extra[2 * k + 1]);
         }
         for (k = 0; k < found && status == ECP_OK; k++) {
-            status = ecp_i_note_pair(s, i, b->hits[k], &next);
+            status = ecp_i_add_pair(s, begin, i, b->hits[k], &next);
         }
     }
     if (status != ECP_OK) return status;
-    ecp_i_carve_patches(&s->arena, s->pair_count, s->w->desc.max_inequalities, s);
+    /* the last one that was looked at may not be in the step */
+    if (s->arena.used > begin) {
+        ECPSIM_MEMSET(
+            s->pairs + s->pair_count, 0,
+            (size_t)(s->arena.base + s->arena.used - (unsigned char *)(s->pairs + s->pair_count)));
+    }
+    s->arena.used = begin;
+    ecp_i_carve_pairs(&s->arena, s->pair_count, s);
+    ecp_i_carve_members(&s->arena, s->pair_count, s);
     for (i = 0; i < s->pair_count; i++) {
-        ecp_i_pair *c = s->pairs + i;
-        ecp_i_pair_setup(s, s->notes[3 * i], s->notes[3 * i + 1], c);
-        c->old = s->notes[3 * i + 2];
-        ecp_i_carve_pair(&s->arena, c->nl, c->nm, c);
+        ecp_i_carve_pair(&s->arena, s->pairs[i].nl, s->pairs[i].nm, s->pairs + i);
     }
     return ECP_OK;
 }
 
-static int ecp_i_is_noted(const ecp_i_step *s, int i, int j)
+/* is the pair of i < j in the step? */
+static int ecp_i_is_in(const ecp_i_step *s, int i, int j)
 {
     int lo = 0, hi = s->pair_count;
     while (lo < hi) {
-        int middle = lo + (hi - lo) / 2;
-        const int *note = s->notes + 3 * middle;
-        if (note[0] == i && note[1] == j) return 1;
-        if (note[0] < i || (note[0] == i && note[1] < j))
+        int middle = lo + (hi - lo) / 2, a = s->pairs[middle].shape_a, b = s->pairs[middle].shape_b;
+        int first = a < b ? a : b;
+        if (first == i && a + b == i + j) return 1;
+        if (first < i || (first == i && a + b < i + j))
             lo = middle + 1;
         else
             hi = middle;
@@ -7395,7 +7420,8 @@ static void ecp_i_find_touching(ecp_i_step *s)
 {
     const ecp_i_part *parts = ecp_i_parts(s->w);
     ecp_i_broad *b = &s->broad;
-    ecp_i_pair c;
+    ecp_i_pair *c;
+    size_t mark = s->arena.used;
     int i, j, k, found, strayed = 0, shapes = s->w->shapes;
     for (i = 0; i < shapes && !strayed; i++) {
         if (parts[i].body == ECP_I_FREE) continue;
@@ -7407,6 +7433,8 @@ static void ecp_i_find_touching(ecp_i_step *s)
         ecp_i_part_box(parts + i, s->motions + parts[i].body, 1, 0, b->boxes + i);
     }
     if (ECP_I_PAIRS) ecp_i_broad_build(b, parts, shapes);
+    c = (ecp_i_pair *)ecp_i_take(&s->arena, 1, sizeof(ecp_i_pair));
+    ECPSIM_ASSERT(c);
     for (i = 0; i < shapes; i++) {
         if (parts[i].body == ECP_I_FREE || parts[i].shape.kind == ECP_HALF_SPACE) continue;
         if (!ecp_i_strayed(s, i)) continue;
@@ -7414,13 +7442,14 @@ static void ecp_i_find_touching(ecp_i_step *s)
         for (k = 0; k < found; k++) {
             int lo = i < b->hits[k] ? i : b->hits[k];
             j = i + b->hits[k] - lo;
-            if (ecp_i_is_noted(s, lo, j) || ecp_i_is_extra(s, lo, j)) continue;
-            if (!ecp_i_pair_bind(s, lo, j, &c) || !ecp_i_touching(&c)) continue;
+            if (ecp_i_is_in(s, lo, j) || ecp_i_is_extra(s, lo, j)) continue;
+            if (!ecp_i_pair_bind(s, lo, j, c) || !ecp_i_touching(c)) continue;
             if (s->extras == s->w->desc.max_patches) continue;
             s->extra[2 * s->extras] = lo;
             s->extra[2 * s->extras++ + 1] = j;
         }
     }
+    ecp_i_release(&s->arena, mark, s->arena.top);
 }
 
 /* pairs of primitives that could make a patch if they were near each other, without filters */
@@ -7578,17 +7607,18 @@ static int ecp_i_island_sleeps(const ecp_i_step *s, int label)
 static void ecp_i_keep_island(ecp_i_step *s, int label)
 {
     static const ecp_real none[6] = {0, 0, 0, 0, 0, 0};
-    int i, most = s->w->desc.max_inequalities;
+    size_t reals = (size_t)s->w->desc.max_inequalities;
+    int i;
     for (i = label; i >= 0; i = s->motions[i].next_body) {
         s->motions[i].asleep = 1;
         ecp_i_move(s->motions + i, s->h, none);
         s->r->asleep++;
     }
+    ecp_i_carve_records(s, label);
     for (i = s->motions[label].first_pair; i >= 0; i = s->pairs[i].next_pair) {
-        int old = s->pairs[i].old;
-        ECPSIM_MEMCPY(s->records + i, ecp_i_patches(s->w) + old, sizeof(ecp_i_patch));
-        ECPSIM_MEMCPY(s->multipliers + i * most, ecp_i_multipliers(s->w, old),
-                      (size_t)most * sizeof(ecp_real));
+        const ecp_i_pair *c = s->pairs + i;
+        ECPSIM_MEMCPY(c->record, ecp_i_patches(s->w) + c->old, sizeof(ecp_i_patch));
+        ECPSIM_MEMCPY(c->multipliers, ecp_i_multipliers(s->w, c->old), reals * sizeof(ecp_real));
     }
 }
 
@@ -7622,8 +7652,8 @@ static void ecp_i_end_sleep(ecp_i_step *s)
         ecp_i_motion *root = s->motions + (c->ma->dynamic ? c->ma : c->mb)->island;
         if (root->asleep || root->stirred) continue;
         root->stirred =
-            !ecp_i_same_bytes(s->records + i, ecp_i_patches(s->w) + c->old, sizeof(ecp_i_patch)) ||
-            !ecp_i_same_bytes(s->multipliers + (size_t)i * reals, ecp_i_multipliers(s->w, c->old),
+            !ecp_i_same_bytes(c->record, ecp_i_patches(s->w) + c->old, sizeof(ecp_i_patch)) ||
+            !ecp_i_same_bytes(c->multipliers, ecp_i_multipliers(s->w, c->old),
                               reals * sizeof(ecp_real));
     }
     for (i = 0; i < s->w->bodies; i++) {
@@ -8005,20 +8035,19 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
 }
 
 /* the contact record of a patch at its last evaluation, and its separation; the memory is zero before */
-static void ecp_i_record(const ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp_options *o,
-                         ecp_i_patch *record, ecp_real *multipliers)
+static void ecp_i_record(ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp_options *o)
 {
     const ecp_i_body *body = c->ma->body;
-    ecp_contact *k = &record->contact;
+    ecp_contact *k = &c->record->contact;
     ecp_i_posed A, B;
     ecp_real unit[3], centre[3], at[3], w[3];
     int i;
-    record->centred = o->rule == ECP_CENTRED;
+    c->record->centred = o->rule == ECP_CENTRED;
     k->shape_a = c->shape_a;
     k->shape_b = c->shape_b;
     k->body_a = c->a->body;
     k->body_b = c->b->body;
-    ecp_i_scale(c->L, y, record->a);
+    ecp_i_scale(c->L, y, c->record->a);
     for (i = 0; i < 3; i++) centre[i] = body->x[i] + (body->x_carry[i] + c->ma->dx[i]);
     ecp_i_axpy(centre, 1, c->ra, k->point_a);
     ecp_i_axpy(k->point_a, c->d, c->n, k->point_b);
@@ -8039,18 +8068,12 @@ static void ecp_i_record(const ecp_i_pair *c, const ecp_real *y, ecp_real h, con
     k->e_t = c->e[0];
     k->e_o = c->e[1];
     k->e_r = c->e[2];
-    for (i = 0; i < c->nl; i++) multipliers[i] = y[3 + i];
-    for (i = 0; i < c->nm; i++) multipliers[c->nl + i] = y[ecp_i_at_m(c) + i];
+    for (i = 0; i < c->nl; i++) c->multipliers[i] = y[3 + i];
+    for (i = 0; i < c->nm; i++) c->multipliers[c->nl + i] = y[ecp_i_at_m(c) + i];
     k->mode = ECP_APART;
-    if (c->nf == 0) {
-        ecp_i_pair tangents = *c;
-        ecp_i_tangents(&tangents);
-        ecp_i_copy3(tangents.t, k->direction_t);
-        ecp_i_copy3(tangents.o, k->direction_o);
-    } else {
-        ecp_i_copy3(c->t, k->direction_t);
-        ecp_i_copy3(c->o, k->direction_o);
-    }
+    if (c->nf == 0) ecp_i_tangents(c);
+    ecp_i_copy3(c->t, k->direction_t);
+    ecp_i_copy3(c->o, k->direction_o);
     /* of p_n and d one is zero: the larger one, in its unit, says which */
     if (!(c->p[0] > c->d / (h * c->V))) return;
     k->p_n = c->P * c->p[0];
@@ -8110,7 +8133,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     ecp_i_island s;
     ecp_i_problem p;
     ecp_i_effort effort = ecp_i_effort_after(step->o, step->r->iterations);
-    ecp_real *vectors[7], *z, *best, error, merit = 0, natural = step->r->natural_residual;
+    ecp_real *vectors[6], *z, *best, error, merit = 0, natural = step->r->natural_residual;
     size_t mark = step->arena.used;
     int i, solved, centred = 1;
     s.centring = s.many = s.uncentred = s.in_vain = 0;
@@ -8139,8 +8162,8 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     p.start = ecp_i_island_start;
     p.repair = (ECPSIM_FALLBACKS)&ECP_FALLBACK_GEOMETRIC ? ecp_i_island_repair : NULL;
     p.load = (ECPSIM_FALLBACKS)&ECP_FALLBACK_LOAD ? ecp_i_island_load : NULL;
-    p.kept = vectors[5];
-    p.drift = vectors[6];
+    p.kept = best;
+    p.drift = vectors[5];
     p.F = vectors[1];
     p.dz = vectors[3];
     p.trial = vectors[4];
@@ -8171,19 +8194,20 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
         return ecp_i_fail(step->r, ECP_NOT_SOLVED, label, s.pairs[0]->shape_a, s.pairs[0]->shape_b,
                           error, step->o->tolerance);
     }
-    for (i = 0; i < s.pair_count; i++) {
-        const ecp_i_pair *c = s.pairs[i];
-        int at = (int)(c - step->pairs);
-        ecp_i_record(c, z + c->at, s.h, step->o, step->records + at,
-                     step->multipliers + at * step->w->desc.max_inequalities);
-        if (!centred) step->records[at].centred = effort.iterations < effort.most ? -1 : 0;
-        step->r->worst_cone = ecp_i_max(step->r->worst_cone, ecp_i_cone_violation(c));
-    }
     /* what was not written need not be cleared */
     if (effort.evaluations == 1 && step->arena.used == s.begin) {
         step->arena.used = (size_t)((unsigned char *)best - step->arena.base);
     }
-    ecp_i_release(&step->arena, mark, step->arena.top);
+    /* of all this memory only z is needed any more */
+    ecp_i_release(&step->arena, mark + ecp_i_bytes((size_t)s.unknowns, sizeof(ecp_real)),
+                  step->arena.top);
+    ecp_i_carve_records(step, label);
+    for (i = 0; i < s.pair_count; i++) {
+        ecp_i_pair *c = s.pairs[i];
+        ecp_i_record(c, z + c->at, s.h, step->o);
+        if (!centred) c->record->centred = effort.iterations < effort.most ? -1 : 0;
+        step->r->worst_cone = ecp_i_max(step->r->worst_cone, ecp_i_cone_violation(c));
+    }
     return ECP_OK;
 }
 
@@ -8228,7 +8252,7 @@ static ecp_status ecp_i_verify(ecp_i_step *s)
     s->r->worst_gap = 0;
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs + i;
-        ecp_real gap = s->records[i].contact.separation;
+        ecp_real gap = c->record->contact.separation;
         ecp_real limit = -c->d_floor - 4 * s->o->tolerance * (s->h * c->V + c->a->shape.radius);
         if (i == 0 || gap < s->r->worst_gap) s->r->worst_gap = gap;
         if (c->ma->asleep || c->mb->asleep) continue; /* was verified when it fell asleep */
@@ -8296,9 +8320,11 @@ static ecp_status ecp_i_commit(ecp_i_step *s)
     ecp_i_end_sleep(s);
     w->last_h = s->h;
     w->patches = s->pair_count;
-    ECPSIM_MEMCPY(ecp_i_patches(w), s->records, (size_t)w->patches * sizeof(ecp_i_patch));
-    ECPSIM_MEMCPY(ecp_i_multipliers(w, 0), s->multipliers,
-                  (size_t)(w->patches * w->desc.max_inequalities) * sizeof(ecp_real));
+    for (i = 0; i < w->patches; i++) {
+        ECPSIM_MEMCPY(ecp_i_patches(w) + i, s->pairs[i].record, sizeof(ecp_i_patch));
+        ECPSIM_MEMCPY(ecp_i_multipliers(w, i), s->pairs[i].multipliers,
+                      (size_t)w->desc.max_inequalities * sizeof(ecp_real));
+    }
     return ECP_OK;
 }
 

@@ -283,11 +283,23 @@ static int broad_admissible(const ecp_i_step *s, int i, int j, int filters)
     return (a->category & b->collides_with) && (b->category & a->collides_with);
 }
 
+/* the two primitives of pair k, lower index first */
+static int broad_first(const ecp_i_step *s, int k)
+{
+    const ecp_i_pair *c = s->pairs + k;
+    return c->shape_a < c->shape_b ? c->shape_a : c->shape_b;
+}
+
+static int broad_second(const ecp_i_step *s, int k)
+{
+    return s->pairs[k].shape_a + s->pairs[k].shape_b - broad_first(s, k);
+}
+
 static int broad_kept(const ecp_i_step *s, int i, int j)
 {
     int k, count = 0;
     for (k = 0; k < s->pair_count; k++) {
-        count += s->notes[3 * k] == i && s->notes[3 * k + 1] == j;
+        count += broad_first(s, k) == i && broad_second(s, k) == j;
     }
     return count;
 }
@@ -344,7 +356,7 @@ static void broad_components(const ecp_i_step *s, int *label)
     for (i = 0; i < s->w->bodies; i++) label[i] = s->motions[i].dynamic ? i : -1;
     while (changed) {
         for (k = 0, changed = 0; k < s->pair_count; k++) {
-            int a = parts[s->notes[3 * k]].body, b = parts[s->notes[3 * k + 1]].body;
+            int a = parts[broad_first(s, k)].body, b = parts[broad_second(s, k)].body;
             if (label[a] < 0 || label[b] < 0 || label[a] == label[b]) continue;
             if (label[a] < label[b])
                 label[b] = label[a];
@@ -397,9 +409,12 @@ static void broad_check_scene(const broad_manner *m, broad_counts *counts)
         }
     }
     for (i = 0; i < s.pair_count; i++) {
-        const int *note = s.notes + 3 * i;
-        CHECK(note[0] < note[1] && note[2] == -1 && ecp_i_is_noted(&s, note[0], note[1]));
-        if (i > 0) CHECK(note[-3] < note[0] || (note[-3] == note[0] && note[-2] < note[1]));
+        int first = broad_first(&s, i), second = broad_second(&s, i);
+        CHECK(first < second && s.pairs[i].old == -1 && ecp_i_is_in(&s, first, second));
+        if (i > 0) {
+            int before = broad_first(&s, i - 1);
+            CHECK(before < first || (before == first && broad_second(&s, i - 1) < second));
+        }
     }
     broad_check_islands(&s);
     CHECK(ecp_i_count_pairs(&s) == all);

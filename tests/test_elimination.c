@@ -296,7 +296,8 @@ static void elimination_pair(elimination_island *e, int shape_a, int shape_b)
     step.w = e->world;
     step.motions = e->motions;
     CHECK(e->pair_count < ELIMINATION_PAIRS);
-    CHECK(ecp_i_pair_setup(&step, shape_a, shape_b, c));
+    CHECK(ecp_i_pair_bind(&step, shape_a, shape_b, c));
+    ecp_i_pair_setup(c, -1);
     ecp_i_carve_pair(&e->arena, c->nl, c->nm, c);
     e->pair_count++;
 }
@@ -335,7 +336,7 @@ static void elimination_arrange(elimination_island *e, unsigned seed)
 
 static void elimination_vectors(elimination_island *e)
 {
-    ecp_real *vectors[7];
+    ecp_real *vectors[6];
     int i, at, n = e->s.body_count;
     elimination_arrange(e, 0);
     ecp_i_carve_vectors(&e->arena, e->s.unknowns, vectors);

@@ -173,7 +173,7 @@ static void equations_add_shape(ecp_world *w, int body, int kind, int friction, 
 static void equations_build(equations_scene *k, ecp_real h)
 {
     ecp_i_step step;
-    ecp_real *vectors[7];
+    ecp_real *vectors[6];
     size_t bytes = (size_t)1 << 20;
     int i, j, at;
     memset(&step, 0, sizeof step);
@@ -202,7 +202,8 @@ static void equations_build(equations_scene *k, ecp_real h)
         for (j = i + 1; j < ecp_world_shape_count(k->world); j++) {
             ecp_i_pair candidate, *c = k->pairs + k->s.pair_count;
             memset(&candidate, 0, sizeof candidate);
-            if (!ecp_i_pair_setup(&step, i, j, &candidate)) continue;
+            if (!ecp_i_pair_bind(&step, i, j, &candidate)) continue;
+            ecp_i_pair_setup(&candidate, -1);
             CHECK(k->s.pair_count < EQUATIONS_PAIRS);
             *c = candidate;
             ecp_i_carve_pair(&k->arena, c->nl, c->nm, c);

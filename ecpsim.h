@@ -983,10 +983,37 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
 #else
 #define ECP_I_PAIRS 1
 #endif
+#ifdef ECPSIM_NO_FRICTION
+#define ECP_I_FRICTION 0
+#else
+#define ECP_I_FRICTION 1
+#endif
+#ifdef ECPSIM_NO_SLEEP
+#define ECP_I_SLEEP 0
+#else
+#define ECP_I_SLEEP 1
+#endif
+#ifdef ECPSIM_NO_CENTRING
+#define ECP_I_CENTRING 0
+#else
+#define ECP_I_CENTRING 1
+#endif
+#ifdef ECPSIM_NO_DAMPING
+#define ECP_I_DAMPING 0
+#else
+#define ECP_I_DAMPING 1
+#endif
 #ifndef ECPSIM_FALLBACKS
 #define ECPSIM_FALLBACKS                                                                           \
     (ECP_FALLBACK_GEOMETRIC | ECP_FALLBACK_CONTINUATION | ECP_FALLBACK_MULTISTART |                \
      ECP_FALLBACK_LOAD | ECP_FALLBACK_SUBSTEPS)
+#endif
+
+/* Where size is asked for, inner loops are not written out: the sums and their bits are the same. */
+#ifdef __OPTIMIZE_SIZE__
+#define ECP_I_FOUR 0
+#else
+#define ECP_I_FOUR 4
 #endif
 
 /* the spacing of the reals at 1: all tolerances for rounding are multiples of it */
@@ -1180,20 +1207,23 @@ static void ecp_i_congruence(const ecp_real R[9], const ecp_real A[9], ecp_real 
     ecp_i_mul(R, T + 6, out + 6);
 }
 
-/* ecp_chol_factor and ecp_chol_solve of a 3 x 3 matrix, written out for speed */
-static void ecp_i_root(ecp_real A[9])
+/* ecp_chol_factor and ecp_chol_solve of a 3 x 3 matrix, written out for speed; 0 where it is not positive
+   definite */
+static int ecp_i_root(ecp_real A[9])
 {
     ecp_real d = A[0];
-    if (!(d > 0)) return;
+    if (!(d > 0)) return 0;
     A[0] = ecp_i_sqrt(d);
     A[3] /= A[0];
     A[6] /= A[0];
     d = A[4] - A[3] * A[3];
-    if (!(d > 0)) return;
+    if (!(d > 0)) return 0;
     A[4] = ecp_i_sqrt(d);
     A[7] = (A[7] - A[6] * A[3]) / A[4];
     d = A[8] - A[6] * A[6] - A[7] * A[7];
-    if (d > 0) A[8] = ecp_i_sqrt(d);
+    if (!(d > 0)) return 0;
+    A[8] = ecp_i_sqrt(d);
+    return 1;
 }
 
 static void ecp_i_root_solve(const ecp_real L[9], ecp_real b[3])
@@ -1406,7 +1436,7 @@ static void ecp_i_reflect(int k, int m, const ecp_real *A, int ld, ecp_real tau,
 static void ecp_i_reflect_columns(int k, int m, int n, ecp_real *A, int ld, ecp_real tau)
 {
     int i, j;
-    for (j = k + 1; j + 3 < n; j += 4) {
+    for (j = k + 1; ECP_I_FOUR && j + 3 < n; j += 4) {
         ecp_real *b = A + k * ld + j, d0 = b[0], d1 = b[1], d2 = b[2], d3 = b[3];
         for (i = k + 1; i < m; i++) {
             const ecp_real v = A[i * ld + k], *row = A + i * ld + j;
@@ -1523,7 +1553,7 @@ ECP_DEF int ecp_least_squares(int m, int n, ecp_real *A, int ld, ecp_real *b, ec
 static void ecp_i_subtract_row(int n, ecp_real factor, const ecp_real *pivot, ecp_real *row)
 {
     int j;
-    for (j = 0; j + 3 < n; j += 4) {
+    for (j = 0; ECP_I_FOUR && j + 3 < n; j += 4) {
         ecp_real a = row[j] - factor * pivot[j], b = row[j + 1] - factor * pivot[j + 1];
         ecp_real c = row[j + 2] - factor * pivot[j + 2], d = row[j + 3] - factor * pivot[j + 3];
         row[j] = a;
@@ -3159,11 +3189,11 @@ static ecp_status ecp_i_check_inertia(const ecp_real inertia[9])
         }
     }
     for (i = 0; i < 9; i++) S[i] = inertia[i] / trace;
-    if (ecp_chol_factor(3, S, 3)) return ECP_BAD_INERTIA;
+    if (!ecp_i_root(S)) return ECP_BAD_INERTIA;
     for (i = 0; i < 9; i++) {
         S[i] = (i % 4 == 0 ? ECP_R(0.5) + slack : ECP_R(0)) - inertia[i] / trace;
     }
-    return ecp_chol_factor(3, S, 3) ? ECP_BAD_INERTIA_TRIANGLE : ECP_OK;
+    return ecp_i_root(S) ? ECP_OK : ECP_BAD_INERTIA_TRIANGLE;
 }
 
 static ecp_status ecp_i_check_pose(const ecp_real *position, const ecp_real *rotation)
@@ -3791,9 +3821,16 @@ typedef struct ecp_i_pair {
     const ecp_real *left;         /* the values of the unknowns passed on to it */
 } ecp_i_pair;
 
-/* Is B a half-space? Does B move under impulses? With ECPSIM_NO_PAIRS compilers know. */
+/* Is B a half-space? Do A and B move under impulses? How many friction rows are there, and how much does a
+   contact give way in a damped step? Of what a program does without compilers know. */
 static int ecp_i_on_plane(const ecp_i_pair *c) { return !ECP_I_PAIRS || c->plane; }
+static int ecp_i_moves_a(const ecp_i_pair *c) { return !ECP_I_PAIRS || c->ma->dynamic; }
 static int ecp_i_moves_b(const ecp_i_pair *c) { return ECP_I_PAIRS && c->mb->dynamic; }
+static int ecp_i_nf(const ecp_i_pair *c) { return ECP_I_FRICTION ? c->nf : 0; }
+static ecp_real ecp_i_compliance(const ecp_i_pair *c)
+{
+    return ECP_I_DAMPING ? c->compliance : ECP_R(0);
+}
 
 /* how many bodies a patch can move */
 #define ECP_I_MOVERS (1 + ECP_I_PAIRS)
@@ -4008,9 +4045,9 @@ static void ecp_i_pair_impulse(ecp_i_pair *c, const ecp_real *y)
 {
     const ecp_real *p = y + ecp_i_at_p(c);
     int k;
-    for (k = 0; k <= c->nf; k++) c->p[k] = p[k];
+    for (k = 0; k <= ecp_i_nf(c); k++) c->p[k] = p[k];
     ecp_i_scale(c->P * p[0], c->N, c->force);
-    if (c->nf == 0) return;
+    if (ecp_i_nf(c) == 0) return;
     ecp_i_axpy(c->force, c->e[0] * c->P * p[1], c->t, c->force);
     ecp_i_axpy(c->force, c->e[1] * c->P * p[2], c->o, c->force);
 }
@@ -4025,13 +4062,13 @@ static void ecp_i_pair_slip(ecp_i_pair *c)
     ecp_i_cross(c->rb, c->mb->v + 3, carried);
     ecp_i_axpy(c->v, 1, carried, c->v);
     ecp_i_sub(c->ma->v + 3, c->mb->v + 3, c->spin);
-    if (c->nf == 0) return;
+    if (ecp_i_nf(c) == 0) return;
     w[0] = c->e[0] * ecp_i_dot(c->t, c->v);
     w[1] = c->e[1] * ecp_i_dot(c->o, c->v);
     w[2] = c->e[2] * ecp_i_dot(c->N, c->spin);
     ecp_i_scale(1 / c->V, w, w);
     c->z_norm = 0;
-    for (k = 0; k < c->nf; k++) {
+    for (k = 0; k < ecp_i_nf(c); k++) {
         c->z[k] = c->p[1 + k] - c->rho * (w[k] + c->give * c->p[1 + k]);
         c->z_norm += c->z[k] * c->z[k];
     }
@@ -4043,7 +4080,7 @@ static void ecp_i_pair_evaluate(ecp_i_pair *c, const ecp_real *y, ecp_real h)
 {
     ecp_i_pair_geometry(c, y);
     ecp_i_pair_gap(c, y, h);
-    if (c->nf > 0 && !ecp_i_on_plane(c)) ecp_i_tangents(c);
+    if (ecp_i_nf(c) > 0 && !ecp_i_on_plane(c)) ecp_i_tangents(c);
     ecp_i_pair_impulse(c, y);
     ecp_i_pair_slip(c);
 }
@@ -4051,7 +4088,7 @@ static void ecp_i_pair_evaluate(ecp_i_pair *c, const ecp_real *y, ecp_real h)
 /* the moment impulse on A about the normal */
 static ecp_real ecp_i_torsion(const ecp_i_pair *c)
 {
-    return c->nf == 3 ? c->e[2] * c->P * c->p[3] : ECP_R(0);
+    return ecp_i_nf(c) == 3 ? c->e[2] * c->P * c->p[3] : ECP_R(0);
 }
 
 /* takes the patch's wrench, `sign` on this body, off its momentum balance */
@@ -4069,7 +4106,7 @@ static ecp_real ecp_i_impulse_size(const ecp_i_pair *c)
 {
     ecp_real size = c->P * ecp_i_abs(c->p[0]);
     int k;
-    for (k = 1; k <= c->nf; k++) size += ecp_i_abs(c->e[k - 1] * c->P * c->p[k]);
+    for (k = 1; k <= ecp_i_nf(c); k++) size += ecp_i_abs(c->e[k - 1] * c->P * c->p[k]);
     return size;
 }
 
@@ -4107,9 +4144,9 @@ static void ecp_i_pair_residual(const ecp_i_pair *c, const ecp_real *y, ecp_real
     ecp_i_multiplier_rows(c->nm, y + ecp_i_at_m(c), c->fb, unit, c->tau, F + row);
     row += c->nm;
     F[row++] = ecp_i_fb_value(c->p[0], c->d / (h * c->V) + c->give * c->p[0], c->tau, &r);
-    shrink = c->nf && c->z_norm > c->radius ? c->radius / c->outer : ECP_R(1);
-    if (c->nf && c->tau > 0) shrink = c->radius / c->outer;
-    for (k = 0; k < c->nf; k++) F[row++] = c->p[1 + k] - shrink * c->z[k];
+    shrink = ecp_i_nf(c) && c->z_norm > c->radius ? c->radius / c->outer : ECP_R(1);
+    if (ecp_i_nf(c) && c->tau > 0) shrink = c->radius / c->outer;
+    for (k = 0; k < ecp_i_nf(c); k++) F[row++] = c->p[1 + k] - shrink * c->z[k];
 }
 
 /* >>jacobian: one column for each unknown, by carrying a first-order change through the rows */
@@ -4174,7 +4211,7 @@ static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_i_slopes *s)
         s->d = 1;
     }
     s->slips = c->outer > 0 && (tau2 > 0 || !(apart <= 0));
-    if (c->nf == 0 || !s->slips) return;
+    if (ecp_i_nf(c) == 0 || !s->slips) return;
     q = ecp_i_smooth_abs(apart, tau2);
     size = ecp_i_smooth_abs(p, tau2);
     s->outer = (1 + apart / q) / 2;
@@ -4189,18 +4226,18 @@ static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_slopes *s, co
 {
     ecp_real dz[3], along = 0, d_radius, d_outer;
     int k, ld = c->columns;
-    for (k = 0; k < c->nf; k++) {
-        ecp_real give = (c->give + c->compliance) * t->p[1 + k];
+    for (k = 0; k < ecp_i_nf(c); k++) {
+        ecp_real give = (c->give + ecp_i_compliance(c)) * t->p[1 + k];
         dz[k] = t->p[1 + k] - c->rho * (c->e[k] * dw[k] / c->V + give);
     }
     if (!s->slips) {
-        for (k = 0; k < c->nf; k++) column[ld * k] = t->p[1 + k] - dz[k];
+        for (k = 0; k < ecp_i_nf(c); k++) column[ld * k] = t->p[1 + k] - dz[k];
         return;
     }
-    for (k = 0; k < c->nf; k++) along += c->z[k] * dz[k] / c->z_norm;
+    for (k = 0; k < ecp_i_nf(c); k++) along += c->z[k] * dz[k] / c->z_norm;
     d_radius = s->radius * t->p[0];
     d_outer = s->outer * along + (1 - s->outer) * d_radius;
-    for (k = 0; k < c->nf; k++) {
+    for (k = 0; k < ecp_i_nf(c); k++) {
         column[ld * k] = t->p[1 + k] - (c->radius * dz[k] + c->z[k] * d_radius -
                                         c->radius * c->z[k] * d_outer / c->outer) /
                                            c->outer;
@@ -4246,35 +4283,35 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i
     }
     if (!moves && !pushes) return;
     column[ld * row++] =
-        s->p * t->p[0] + s->d * (d / (h * c->V) + (c->give + c->compliance) * t->p[0]);
+        s->p * t->p[0] + s->d * (d / (h * c->V) + (c->give + ecp_i_compliance(c)) * t->p[0]);
     ecp_i_scale(-1, t->n, dN);
-    if (turns && c->nf > 0) {
+    if (turns && ecp_i_nf(c) > 0) {
         ecp_i_cross(dN, c->direction, d_o);
         ecp_i_axpy(d_o, -ecp_i_dot(c->o, d_o), c->o, d_o);
         ecp_i_scale(1 / c->c_norm, d_o, d_o);
         ecp_i_cross(d_o, c->N, dt);
         ecp_i_add_cross(c->o, dN, dt);
     }
-    if (moves && c->nf > 0) {
+    if (moves && ecp_i_nf(c) > 0) {
         dw[0] = ecp_i_dot(dt, c->v) + ecp_i_dot(c->t, t->v);
         dw[1] = ecp_i_dot(d_o, c->v) + ecp_i_dot(c->o, t->v);
         dw[2] = ecp_i_dot(dN, c->spin) + ecp_i_dot(c->N, t->spin);
     }
-    if (c->nf > 0) ecp_i_friction_column(c, s, t, dw, column + ld * row);
-    row += c->nf;
+    if (ecp_i_nf(c) > 0) ecp_i_friction_column(c, s, t, dw, column + ld * row);
+    row += ecp_i_nf(c);
     if (pushes) ecp_i_scale(c->P * t->p[0], c->N, dF);
     if (turns) ecp_i_axpy(dF, c->P * c->p[0], dN, dF);
-    if (c->nf > 0) {
+    if (ecp_i_nf(c) > 0) {
         if (pushes) ecp_i_axpy(dF, c->e[0] * c->P * t->p[1], c->t, dF);
         if (turns) ecp_i_axpy(dF, c->e[0] * c->P * c->p[1], dt, dF);
         if (pushes) ecp_i_axpy(dF, c->e[1] * c->P * t->p[2], c->o, dF);
         if (turns) ecp_i_axpy(dF, c->e[1] * c->P * c->p[2], d_o, dF);
     }
-    if (c->nf == 3) {
+    if (ecp_i_nf(c) == 3) {
         if (pushes) ecp_i_scale(c->e[2] * c->P * t->p[3], c->N, twist);
         if (turns) ecp_i_axpy(twist, ecp_i_torsion(c), dN, twist);
     }
-    if (c->ma->dynamic) {
+    if (ecp_i_moves_a(c)) {
         ecp_i_wrench_column(c, c->ma, 1, c->ra, t->ra, dF, twist, column + ld * row);
         row += 6;
     }
@@ -4377,11 +4414,11 @@ static void ecp_i_change_tilt(const ecp_i_pair *c, const ecp_real da[3], ecp_i_c
 {
     ecp_real turned[3], local[3];
     if (ecp_i_on_plane(c)) {
-        ecp_i_axpy(t->rows, c->compliance, da, t->rows);
+        ecp_i_axpy(t->rows, ecp_i_compliance(c), da, t->rows);
     } else {
         ecp_i_mul(c->Qa, da, turned);
         ecp_i_mul_t(c->Qb, turned, local);
-        ecp_i_axpy(t->rows, c->compliance, local, t->rows);
+        ecp_i_axpy(t->rows, ecp_i_compliance(c), local, t->rows);
     }
 }
 
@@ -4429,7 +4466,7 @@ static void ecp_i_block_columns(ecp_i_pair *c, const ecp_i_slopes *s, ecp_real h
         unit[k] = 1;
         ECPSIM_MEMSET(&t, 0, sizeof t);
         ecp_i_change_ecp(c, unit, &t);
-        if (c->compliance > 0) ecp_i_change_tilt(c, unit, &t);
+        if (ecp_i_compliance(c) > 0) ecp_i_change_tilt(c, unit, &t);
         ecp_i_column(c, s, &t, h, c->block + column);
         for (i = 0; i < c->kl; i++) {
             int j = c->active_a[i];
@@ -4453,14 +4490,14 @@ static void ecp_i_block_columns(ecp_i_pair *c, const ecp_i_slopes *s, ecp_real h
         ecp_i_column(c, s, &t, h, c->block + column);
         c->block[ld * (first + c->kl + i) + column] += c->fixed_b[c->active_b[i]];
     }
-    for (i = 0; i <= c->nf; i++, column++) {
+    for (i = 0; i <= ecp_i_nf(c); i++, column++) {
         ECPSIM_MEMSET(&t, 0, sizeof t);
         t.p[i] = 1;
         ecp_i_column(c, s, &t, h, c->block + column);
     }
     for (side = 0; side < ECP_I_MOVERS; side++) {
         const ecp_i_motion *m = side ? c->mb : c->ma;
-        for (i = 0; m->dynamic && i < 6; i++, column++) {
+        for (i = 0; (side ? ecp_i_moves_b(c) : ecp_i_moves_a(c)) && i < 6; i++, column++) {
             ecp_real unit[6] = {0, 0, 0, 0, 0, 0};
             unit[i] = 1;
             ECPSIM_MEMSET(&t, 0, sizeof t);
@@ -4476,7 +4513,7 @@ static void ecp_i_target(const ecp_i_pair *c, const ecp_real *y, ecp_real da[3],
 {
     int k;
     for (k = 0; k < 3; k++) da[k] = c->a->shape.centre[k] / c->L - y[k];
-    for (k = 0; k <= c->nf; k++) dp[k] = -c->p[k];
+    for (k = 0; k <= ecp_i_nf(c); k++) dp[k] = -c->p[k];
 }
 
 /* What the rounding of the coordinates x, each its own, does to a normal with this Hessian: much at a
@@ -4502,7 +4539,7 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
     ecp_real a[3], b[3], shift_a[3], shift_b[3] = {0, 0, 0}, da[3], *rhs;
     ecp_i_slopes slopes;
     ecp_i_change t;
-    int i, k, rows, row, bodies = c->ma->dynamic + ecp_i_moves_b(c);
+    int i, k, rows, row, bodies = ecp_i_moves_a(c) + ecp_i_moves_b(c);
     c->kink = centring ? ecp_i_sqrt(ECP_I_EPSILON) : ECP_R(0);
     ecp_i_scale(c->L, y, a);
     ecp_i_hessian(&c->a->shape, a, y + 3, c->L, c->Ha);
@@ -4518,7 +4555,7 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
         c->km = ecp_i_condense(c->nm, m, c->fb, c->gb, c->L, c->tau, c->kink, c->fixed_b,
                                c->slope_b, c->active_b, c->Hb, shift_b);
     }
-    c->ny = 4 + c->kl + c->nf + (ecp_i_on_plane(c) ? 0 : 1 + c->km);
+    c->ny = 4 + c->kl + ecp_i_nf(c) + (ecp_i_on_plane(c) ? 0 : 1 + c->km);
     rows = c->ny + 6 * bodies;
     c->columns = rows + 1;
     ECPSIM_MEMSET(c->block, 0, (size_t)(rows * c->columns) * sizeof(ecp_real));
@@ -4545,7 +4582,7 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
     for (i = 0; i < c->kl; i++)
         rhs[c->columns * row++] -= F[(ecp_i_on_plane(c) ? 3 : 4) + c->active_a[i]];
     for (i = 0; i < c->km; i++) rhs[c->columns * row++] -= F[4 + c->nl + c->active_b[i]];
-    for (k = 0; k <= c->nf; k++) rhs[c->columns * row++] -= F[ecp_i_at_p(c) + k];
+    for (k = 0; k <= ecp_i_nf(c); k++) rhs[c->columns * row++] -= F[ecp_i_at_p(c) + k];
 }
 
 /* Of what is left, the columns in which even a small pivot is one to take, as hardly a force depends
@@ -4578,7 +4615,8 @@ static void ecp_i_block_eliminate(ecp_i_pair *c)
     int i, stage, rows = c->columns - 1;
     for (i = 0; i < c->ny; i++) {
         c->row_order[i] = c->col_order[i] = i;
-        c->row_tag[i] = c->col_tag[i] = i < c->ny - 1 - c->nf ? ECP_I_GEOMETRY : ECP_I_IMPULSE;
+        c->row_tag[i] = c->col_tag[i] =
+            i < c->ny - 1 - ecp_i_nf(c) ? ECP_I_GEOMETRY : ECP_I_IMPULSE;
     }
     c->pivots = 0;
     for (stage = 0; stage < 3; stage++) {
@@ -4618,7 +4656,7 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
         for (j = k + 1; j < n; j++) sum -= row[j] * x[j];
         column = n;
         for (side = 0; side < ECP_I_MOVERS; side++) {
-            if (!(side ? c->mb : c->ma)->dynamic) continue;
+            if (!(side ? ecp_i_moves_b(c) : ecp_i_moves_a(c))) continue;
             v = side ? dv_b : dv_a;
             for (j = 0; j < 6; j++) sum -= row[column++] * v[j];
         }
@@ -4630,8 +4668,8 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
             dy[i] = x[k];
         } else if (i < 3 + c->kl) {
             dy[3 + c->active_a[i - 3]] = x[k];
-        } else if (i >= n - 1 - c->nf) {
-            dy[ecp_i_at_p(c) + i - (n - 1 - c->nf)] = x[k];
+        } else if (i >= n - 1 - ecp_i_nf(c)) {
+            dy[ecp_i_at_p(c) + i - (n - 1 - ecp_i_nf(c))] = x[k];
         } else if (i == 3 + c->kl) {
             dy[ecp_i_at_d(c)] = x[k];
         } else {
@@ -4641,7 +4679,7 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
     if (centring) {
         ecp_i_target(c, y, target_a, target_p);
         ecp_i_axpy(dy, 1, target_a, dy);
-        for (k = 0; k <= c->nf; k++) dy[ecp_i_at_p(c) + k] += target_p[k];
+        for (k = 0; k <= ecp_i_nf(c); k++) dy[ecp_i_at_p(c) + k] += target_p[k];
     }
     /* the multipliers that were eliminated before */
     for (i = 0, k = 0; i < c->nl; i++) {
@@ -4661,7 +4699,7 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
     }
     ecp_i_change_ecp(c, dy, &t);
     ecp_i_change_cone(c, cone, &t);
-    if (c->ma->dynamic) ecp_i_change_motion(c, c->ma, h, dv_a, &t);
+    if (ecp_i_moves_a(c)) ecp_i_change_motion(c, c->ma, h, dv_a, &t);
     if (ecp_i_moves_b(c)) ecp_i_change_motion(c, c->mb, h, dv_b, &t);
     t.d = h * c->V * dy[ecp_i_at_d(c)];
     ecp_i_change_of_b(c, &t, db);
@@ -4839,6 +4877,7 @@ static void ecp_i_postorder(int n, const ecp_i_graph *g, ecp_i_front *fronts)
 /* without pairs an island is one body, and its front stands alone */
 static int ecp_i_width(const ecp_i_front *f) { return ECP_I_PAIRS ? f->width : 0; }
 static int ecp_i_child(const ecp_i_front *f) { return ECP_I_PAIRS ? f->child : -1; }
+static int ecp_i_passed(const ecp_i_front *f) { return ECP_I_PAIRS ? f->left_b : 0; }
 
 /* Constraints on the velocities that differ by less than this count as one. Two contacts that stick
    constrain a rigid body's stretch between them twice; at the end of the step the two are the same,
@@ -4948,7 +4987,7 @@ static int ecp_i_front_momentum(ecp_i_front *f, ecp_real *tau)
     f->rank_m =
         ecp_i_qr(rows, free, all, S, ld, tau, f->piv_m, 4 * ECP_I_EPSILON, 4 * ECP_I_EPSILON);
     ecp_i_solve_rows(f->rank_m, all, S, ld);
-    for (i = f->rank_m; i < rows; i++) {
+    for (i = f->rank_m; ECP_I_PAIRS && i < rows; i++) {
         const ecp_real *row = S + ld * i + free;
         ecp_real size = ecp_i_row_size(ecp_i_width(f), row),
                  *to = f->C + ld * (f->rank_c + left) + 6;
@@ -5066,8 +5105,8 @@ static void ecp_i_front_patch(const ecp_i_tree *t, ecp_i_front *f, const ecp_i_p
     int ldc = 7 + ecp_i_width(f), ldb = 6 + ecp_i_width(f);
     const ecp_real *A = c->block;
     at[0] = c->ny;
-    at[1] = c->ny + (c->ma->dynamic ? 6 : 0);
-    slot[0] = c->ma->dynamic ? t->slot[c->ma->at / 6] : -1;
+    at[1] = c->ny + (ecp_i_moves_a(c) ? 6 : 0);
+    slot[0] = !ECP_I_PAIRS ? 0 : ecp_i_moves_a(c) ? t->slot[c->ma->at / 6] : -1;
     slot[1] = ecp_i_moves_b(c) ? t->slot[c->mb->at / 6] : -1;
     for (i = 0; i < left; i++) {
         int row = c->pivots + i;
@@ -5124,6 +5163,7 @@ static int ecp_i_front_carve(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fron
     ECPSIM_MEMSET(f->Bt, 0, (size_t)((f->forces + 6) * (6 + n)) * sizeof(ecp_real));
     ECPSIM_MEMSET(f->C, 0, (size_t)((f->constraints + 6) * ld) * sizeof(ecp_real));
     ECPSIM_MEMSET(f->M, 0, (size_t)((6 + n) * ld) * sizeof(ecp_real));
+    if (!ECP_I_PAIRS) return 1;
     t->slot[f->body] = 0;
     for (i = 0; i < n / 6; i++) t->slot[f->others[i]] = 6 + 6 * i;
     return 1;
@@ -5177,6 +5217,10 @@ static int ecp_i_front_factor(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fro
     ecp_i_front_balance(f);
     left = ecp_i_front_momentum(f, tau);
     if (f->open > 0) ecp_i_front_open(f, tau);
+    if (!ECP_I_PAIRS) {
+        ecp_i_release(arena, arena->used, f->level);
+        return 1;
+    }
     f->pass = ecp_i_take_stack(arena, ecp_i_pass_size(f, left), 1);
     if (arena->overflow) return 0;
     ecp_i_front_pass(t, f, left);
@@ -5194,9 +5238,9 @@ static void ecp_i_front_recover(const ecp_i_tree *t, ecp_i_front *f)
     ecp_real v[6], q[6], *x = f->x, *u = t->u;
     ecp_i_pair *c;
     for (j = 0; j < n; j++) u[j] = t->v[6 * f->others[j / 6] + j % 6];
-    for (i = f->rank_b + f->left_b; i < f->forces + f->open; i++) x[i] = 0;
-    ecp_qr_apply_q(f->forces + f->open - f->rank_b, f->left_b, f->Bt + ldb * f->rank_b + 6, ldb,
-                   f->tau_l, x + f->rank_b);
+    for (i = f->rank_b + ecp_i_passed(f); i < f->forces + f->open; i++) x[i] = 0;
+    ecp_qr_apply_q(f->forces + f->open - f->rank_b, ecp_i_passed(f), f->Bt + ldb * f->rank_b + 6,
+                   ldb, f->tau_l, x + f->rank_b);
     for (j = 0; j < f->open; j++) q[j] = x[f->forces + j] / ECP_I_OPEN_WEIGHT;
     for (k = 0; k < f->rank_g; k++) {
         const ecp_real *row = f->G + ldg * k;
@@ -5246,7 +5290,7 @@ static int ecp_i_tree_solve(ecp_i_tree *t, ecp_i_arena *arena, int n, const ecp_
     for (k = 0; k < n; k++) {
         ecp_i_front *f = t->fronts + k;
         if (!ecp_i_front_factor(t, arena, f, motions + bodies[f->body], b + 6 * f->body)) return 0;
-        t->many += f->forces + f->open - f->rank_b - f->left_b;
+        t->many += f->forces + f->open - f->rank_b - ecp_i_passed(f);
     }
     for (k = n - 1; k >= 0; k--) ecp_i_front_recover(t, t->fronts + k);
     return 1;
@@ -5314,7 +5358,7 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real re
         ecp_i_pair_residual(c, z + c->at, s->h, F + c->at);
         ecp_i_pair_noise(c, s->h, 0);
         size = ecp_i_impulse_size(c);
-        if (c->ma->dynamic) {
+        if (ecp_i_moves_a(c)) {
             ecp_i_wrench(c, c->ma, c->ra, 1);
             c->ma->floor[0] += size;
             c->ma->floor[1] += size * ecp_i_norm(c->ra);
@@ -5328,12 +5372,12 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real re
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs[i];
         const ecp_real *row = F + c->at;
-        ecp_real jitter = c->ma->dynamic ? c->ma->jitter : ECP_R(0), geometry, friction;
+        ecp_real jitter = ecp_i_moves_a(c) ? c->ma->jitter : ECP_R(0), geometry, friction;
         int normal = ecp_i_on_plane(c) ? 3 : 4, gap = ecp_i_at_p(c);
         if (ecp_i_moves_b(c)) jitter = ecp_i_max(jitter, c->mb->jitter);
         geometry = jitter * s->h / c->L;
         friction = jitter / c->V;
-        if (c->nf > 0 && c->z_norm > c->radius) friction *= c->radius / c->z_norm;
+        if (ecp_i_nf(c) > 0 && c->z_norm > c->radius) friction *= c->radius / c->z_norm;
         for (r = 0; r < normal; r++) {
             ecp_i_worst(&worst, ecp_i_abs(row[r]) - geometry - c->n_noise);
         }
@@ -5372,11 +5416,11 @@ static void ecp_i_carve_tree(ecp_i_arena *arena, int n, ecp_i_tree *t, ecp_i_gra
 {
     int words = (n + ECP_I_WORD - 1) / ECP_I_WORD;
     t->fronts = (ecp_i_front *)ecp_i_take(arena, (size_t)n, sizeof(ecp_i_front));
-    t->slot = ecp_i_take_ints(arena, n);
     t->v = ecp_i_take_reals(arena, 6, n);
     t->u = ecp_i_take_reals(arena, 6, n);
-    t->ints = ecp_i_take_ints(arena, 6 * n);
     if (!ECP_I_PAIRS) return;
+    t->slot = ecp_i_take_ints(arena, n);
+    t->ints = ecp_i_take_ints(arena, 6 * n);
     g->mass = ecp_i_take_reals(arena, n, 1);
     g->degree = ecp_i_take_ints(arena, n);
     g->rank = ecp_i_take_ints(arena, n);
@@ -5408,7 +5452,7 @@ static void ecp_i_tree_plan(ecp_i_island *s)
     for (i = 0; i < n; i++) g.mass[i] = s->motions[s->bodies[i]].mass;
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs[i];
-        if (!c->ma->dynamic || !ecp_i_moves_b(c)) continue;
+        if (!ecp_i_moves_a(c) || !ecp_i_moves_b(c)) continue;
         ecp_i_set_bit(g.bits + words * (c->ma->at / 6), c->mb->at / 6, 1);
         ecp_i_set_bit(g.bits + words * (c->mb->at / 6), c->ma->at / 6, 1);
     }
@@ -5419,7 +5463,7 @@ static void ecp_i_tree_plan(ecp_i_island *s)
     for (i = 0; i < n; i++) g.rank[t->fronts[i].body] = i;
     for (i = s->pair_count - 1; i >= 0; i--) {
         ecp_i_pair *c = s->pairs[i];
-        int a = c->ma->dynamic ? g.rank[c->ma->at / 6] : n;
+        int a = ecp_i_moves_a(c) ? g.rank[c->ma->at / 6] : n;
         int b = ecp_i_moves_b(c) ? g.rank[c->mb->at / 6] : n;
         ecp_i_front *f = t->fronts + (a < b ? a : b);
         c->next_here = f->pairs;
@@ -5433,7 +5477,7 @@ static void ecp_i_carve_blocks(const ecp_i_island *s, ecp_i_arena *arena)
     int i;
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
-        ecp_i_carve_block(arena, c->count, c->ma->dynamic + ecp_i_moves_b(c), c);
+        ecp_i_carve_block(arena, c->count, ecp_i_moves_a(c) + ecp_i_moves_b(c), c);
     }
 }
 
@@ -5507,7 +5551,7 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         c->compliance = compliance;
-        ecp_i_block_fill(c, z + c->at, F + c->at, s->h, s->centring);
+        ecp_i_block_fill(c, z + c->at, F + c->at, s->h, ECP_I_CENTRING && s->centring);
         ecp_i_block_eliminate(c);
     }
     for (i = 0; i < n; i++) dz[i] = -F[i];
@@ -5517,9 +5561,9 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
     for (i = 0; i < n; i++) dz[i] = t->v[i];
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
-        ecp_i_block_recover(c, z + c->at, t->v + (c->ma->dynamic ? c->ma->at : 0),
-                            t->v + (ecp_i_moves_b(c) ? c->mb->at : 0), c->left, s->h, s->centring,
-                            dz + c->at);
+        ecp_i_block_recover(c, z + c->at, t->v + (ecp_i_moves_a(c) ? c->ma->at : 0),
+                            t->v + (ecp_i_moves_b(c) ? c->mb->at : 0), c->left, s->h,
+                            ECP_I_CENTRING && s->centring, dz + c->at);
     }
     return ecp_i_all_finite(s->unknowns, dz);
 }
@@ -5758,14 +5802,15 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
         if (!(t > 0)) {
             /* back to the last point; it may be one that will do */
             s.error = p->residual(p->self, z, relax, p->F);
-            if (above <= tolerance || s.compliance >= ECP_I_MOST_COMPLIANCE)
+            if (!ECP_I_DAMPING || above <= tolerance || s.compliance >= ECP_I_MOST_COMPLIANCE) {
                 return above <= tolerance;
+            }
             most = ECP_I_DAMPED_LIMIT * limit;
             s.compliance = s.compliance > 0 ? 10 * s.compliance : ECP_I_FIRST_COMPLIANCE;
             continue;
         }
         if (t < 1 || s.compliance > 0) s.before = s.older = 0;
-        if (s.error > tolerance && s.compliance > 0 && 2 * s.error > above &&
+        if (ECP_I_DAMPING && s.error > tolerance && s.compliance > 0 && 2 * s.error > above &&
             above < ECP_I_STALLED) {
             ecp_i_take_stride(p, z, relax, &s, effort);
             above = 2 * s.error;
@@ -5869,7 +5914,7 @@ static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *o, ecp_real *z
 ECP_DEF ecp_options ecp_options_default(void)
 {
     ecp_options o;
-    o.rule = ECP_CENTRED;
+    o.rule = ECP_I_CENTRING ? ECP_CENTRED : ECP_NEAREST;
 #ifdef ECPSIM_FLOAT
     o.tolerance = ECP_R(1e-5);
 #else
@@ -5892,8 +5937,9 @@ static ecp_status ecp_i_check_options(const ecp_options *o)
         (o->fallbacks & ~(ECPSIM_FALLBACKS))) {
         return ECP_BAD_OPTION;
     }
-    if (o->sleep != 0 && o->sleep != 1) return ECP_BAD_OPTION;
-    return o->rule == ECP_CENTRED || o->rule == ECP_NEAREST ? ECP_OK : ECP_BAD_OPTION;
+    if (o->sleep != 0 && o->sleep != ECP_I_SLEEP) return ECP_BAD_OPTION;
+    return (ECP_I_CENTRING && o->rule == ECP_CENTRED) || o->rule == ECP_NEAREST ? ECP_OK
+                                                                                : ECP_BAD_OPTION;
 }
 
 /* >>mcp: the general problem, dense */
@@ -6416,7 +6462,7 @@ static void ecp_i_spot_push(const ecp_i_pair *c, const ecp_i_spot *k, const ecp_
 {
     ecp_real dv[6];
     int i;
-    if (c->ma->dynamic) {
+    if (ecp_i_moves_a(c)) {
         ecp_i_wrench_velocity(c->ma, f, k->ra, torsion, c->N, dv);
         for (i = 0; i < 6; i++) c->ma->residual[i] += dv[i];
     }
@@ -6442,7 +6488,7 @@ static ecp_real ecp_i_spot_admittance(const ecp_i_pair *c, const ecp_i_spot *k,
                                       const ecp_real dir[3], ecp_real torsion)
 {
     ecp_real dv[6], none[6] = {0, 0, 0, 0, 0, 0}, u[3], sum = 0;
-    if (c->ma->dynamic) {
+    if (ecp_i_moves_a(c)) {
         ecp_i_wrench_velocity(c->ma, dir, k->ra, torsion, c->N, dv);
         ecp_i_spot_velocity(k, dv, none, u);
         sum += torsion > 0 ? ecp_i_dot(dv + 3, c->N) : ecp_i_dot(u, dir);
@@ -6504,7 +6550,7 @@ static void ecp_i_spots_find(ecp_i_pair *c, ecp_real h)
         s->gap = s->gap / h - ecp_i_dot(c->N, u);
         s->W = ecp_i_spot_admittance(c, s, c->N, 0);
         s->rho = 0;
-        for (k = 0; k < c->nf; k++) {
+        for (k = 0; k < ecp_i_nf(c); k++) {
             ecp_real W = ecp_i_spot_admittance(c, s, k == 0 ? c->t : k == 1 ? c->o : none, k > 1);
             s->rho = ecp_i_max(s->rho, c->e[k] * c->e[k] * W);
         }
@@ -6521,26 +6567,26 @@ static void ecp_i_spot_relax(const ecp_i_pair *c, ecp_i_spot *k)
     ecp_i_scale(p - k->p[0], c->N, f);
     k->p[0] = p;
     ecp_i_spot_push(c, k, f, 0);
-    if (c->nf == 0) return;
+    if (ecp_i_nf(c) == 0) return;
     ecp_i_spot_velocity(k, c->ma->residual, c->mb->residual, u);
     ecp_i_sub(c->ma->residual + 3, c->mb->residual + 3, spin);
     w[0] = c->e[0] * ecp_i_dot(c->t, u);
     w[1] = c->e[1] * ecp_i_dot(c->o, u);
     w[2] = c->e[2] * ecp_i_dot(c->N, spin);
-    for (i = 0; i < c->nf; i++) {
+    for (i = 0; i < ecp_i_nf(c); i++) {
         y[i] = k->p[1 + i] - w[i] / k->rho;
         size += y[i] * y[i];
     }
     size = ecp_i_sqrt(size);
     limit = c->mu * p;
-    for (i = 0; i < c->nf; i++) {
+    for (i = 0; i < ecp_i_nf(c); i++) {
         if (size > limit) y[i] *= limit / size;
         w[i] = c->e[i] * (y[i] - k->p[1 + i]);
         k->p[1 + i] = y[i];
     }
     ecp_i_scale(w[0], c->t, f);
     ecp_i_axpy(f, w[1], c->o, f);
-    ecp_i_spot_push(c, k, f, c->nf == 3 ? w[2] : ECP_R(0));
+    ecp_i_spot_push(c, k, f, ecp_i_nf(c) == 3 ? w[2] : ECP_R(0));
 }
 
 /* the patch's unknowns from its spots: the ECP is where their normal forces act together */
@@ -6565,16 +6611,16 @@ static void ecp_i_spots_gather(ecp_i_pair *c, ecp_real h, ecp_real *y)
     ecp_i_scale(1 / p[0], a, a);
     ecp_i_scale(1 / p[0], b, b);
     ecp_i_scale(1 / p[0], ra, ra);
-    for (i = 0; i < ECP_I_SPOTS && c->nf == 3; i++) {
+    for (i = 0; i < ECP_I_SPOTS && ecp_i_nf(c) == 3; i++) {
         ecp_i_scale(c->e[0] * spots[i].p[1], c->t, f);
         ecp_i_axpy(f, c->e[1] * spots[i].p[2], c->o, f);
         ecp_i_sub(spots[i].ra, ra, arm);
         ecp_i_add_cross(arm, f, moment);
     }
-    if (c->nf == 3) p[3] += ecp_i_dot(moment, c->N) / c->e[2];
+    if (ecp_i_nf(c) == 3) p[3] += ecp_i_dot(moment, c->N) / c->e[2];
     for (i = 0; i < c->count; i++) y[i] = 0;
     ecp_i_scale(1 / c->L, a, y);
-    for (k = 0; k <= c->nf; k++) y[ecp_i_at_p(c) + k] = p[k] / c->P;
+    for (k = 0; k <= ecp_i_nf(c); k++) y[ecp_i_at_p(c) + k] = p[k] / c->P;
     ecp_i_scale(-1, c->N, n);
     ecp_i_pose(c, 0, 1, &A);
     ecp_i_pose(c, 1, 1, &B);
@@ -6597,11 +6643,11 @@ static void ecp_i_spots_apply(const ecp_i_pair *c)
     for (i = 0; i < ECP_I_SPOTS; i++) {
         const ecp_real *p = spots[i].p;
         ecp_i_scale(p[0], c->N, f);
-        if (c->nf > 0) {
+        if (ecp_i_nf(c) > 0) {
             ecp_i_axpy(f, c->e[0] * p[1], c->t, f);
             ecp_i_axpy(f, c->e[1] * p[2], c->o, f);
         }
-        ecp_i_spot_push(c, spots + i, f, c->nf == 3 ? c->e[2] * p[3] : ECP_R(0));
+        ecp_i_spot_push(c, spots + i, f, ecp_i_nf(c) == 3 ? c->e[2] * p[3] : ECP_R(0));
     }
 }
 
@@ -6616,7 +6662,7 @@ static void ecp_i_spots_round(ecp_i_island *s, ecp_real *z)
     }
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
-        if (!c->ma->dynamic) ECPSIM_MEMCPY(c->ma->residual, c->ma->v, sizeof c->ma->v);
+        if (!ecp_i_moves_a(c)) ECPSIM_MEMCPY(c->ma->residual, c->ma->v, sizeof c->ma->v);
         if (!ecp_i_moves_b(c)) ECPSIM_MEMCPY(c->mb->residual, c->mb->v, sizeof c->mb->v);
         ecp_i_spots_find(c, s->h);
         ecp_i_spots_apply(c);
@@ -6925,7 +6971,8 @@ typedef struct ecp_i_step {
     ecp_real h;
     const ecp_options *o;
     ecp_report *r;
-    int watched, sleepers; /* options.sleep; and whose flag is set may be left out of this step */
+    int is_watched,
+        has_sleepers; /* options.sleep; and whose flag is set may be left out of this step */
     ecp_i_arena arena;
     ecp_i_motion *motions;
     ecp_i_pair *pairs;
@@ -6936,6 +6983,9 @@ typedef struct ecp_i_step {
     ecp_real *margins, *reaches; /* of each primitive, ecp_i_margin and ecp_i_part_reach */
     ecp_i_pair **members;
 } ecp_i_step;
+
+static int ecp_i_watched(const ecp_i_step *s) { return ECP_I_SLEEP && s->is_watched; }
+static int ecp_i_sleepers(const ecp_i_step *s) { return ECP_I_SLEEP && s->has_sleepers; }
 
 static ecp_status ecp_i_fail(ecp_report *r, ecp_status status, int body, int shape_a, int shape_b,
                              ecp_real value, ecp_real limit)
@@ -7248,7 +7298,7 @@ static void ecp_i_pair_friction(ecp_i_pair *c)
     c->e[0] = ecp_i_mean(a->e_t, b->e_t);
     c->e[1] = ecp_i_mean(a->e_o, b->e_o);
     c->e[2] = ecp_i_mean(a->e_r, b->e_r);
-    c->nf = c->mu > 0 ? (c->e[2] > 0 ? 3 : 2) : 0;
+    c->nf = ECP_I_FRICTION && c->mu > 0 ? (c->e[2] > 0 ? 3 : 2) : 0;
     directed_a = ecp_i_dot(a->direction, a->direction) > 0;
     directed_b = ecp_i_dot(b->direction, b->direction) > 0;
     ecp_i_set3(0, 0, 0, c->direction);
@@ -7265,7 +7315,7 @@ static void ecp_i_pair_setup(ecp_i_pair *c, int old)
     c->nl = c->a->shape.inequalities;
     c->nm = ecp_i_on_plane(c) ? 0 : c->b->shape.inequalities;
     ecp_i_pair_friction(c);
-    c->count = ecp_i_at_p(c) + 1 + c->nf;
+    c->count = ecp_i_at_p(c) + 1 + ecp_i_nf(c);
     c->old = old;
 }
 
@@ -7474,7 +7524,7 @@ static int ecp_i_count_pairs(const ecp_i_step *s)
 /* the body that stands for the set that body i is in; the lowest index of the set */
 static int ecp_i_island_root(ecp_i_motion *motions, int i)
 {
-    while (motions[i].island != i) {
+    while (ECP_I_PAIRS && motions[i].island != i) {
         motions[i].island = motions[motions[i].island].island;
         i = motions[i].island;
     }
@@ -7493,7 +7543,7 @@ static void ecp_i_label_islands(ecp_i_step *s)
     }
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs + i;
-        if (!c->ma->dynamic || !ecp_i_moves_b(c)) continue;
+        if (!ecp_i_moves_a(c) || !ecp_i_moves_b(c)) continue;
         a = ecp_i_island_root(motions, c->a->body);
         b = ecp_i_island_root(motions, c->b->body);
         if (a < b)
@@ -7511,7 +7561,7 @@ static void ecp_i_label_islands(ecp_i_step *s)
     }
     for (i = s->pair_count - 1; i >= 0; i--) {
         ecp_i_pair *c = s->pairs + i;
-        ecp_i_motion *m = motions + (c->ma->dynamic ? c->ma : c->mb)->island;
+        ecp_i_motion *m = motions + (ecp_i_moves_a(c) ? c->ma : c->mb)->island;
         c->next_pair = m->first_pair;
         m->first_pair = i;
     }
@@ -7556,10 +7606,10 @@ static int ecp_i_same_asked(const ecp_i_asked *a, const ecp_i_asked *b)
 static void ecp_i_begin_sleep(ecp_i_step *s, int substep)
 {
     ecp_i_asked asked;
-    s->watched = s->o->sleep && !substep;
-    if (!s->watched) return;
+    s->is_watched = s->o->sleep && !substep;
+    if (!ecp_i_watched(s)) return;
     ecp_i_ask(s->o, &asked);
-    s->sleepers = ecp_i_same_asked(&asked, &s->w->asked) && s->h == s->w->last_h;
+    s->has_sleepers = ecp_i_same_asked(&asked, &s->w->asked) && s->h == s->w->last_h;
 }
 
 static void ecp_i_stir(ecp_i_step *s, const ecp_i_patch *p)
@@ -7575,7 +7625,7 @@ static void ecp_i_mark_stirred(ecp_i_step *s)
     const ecp_i_patch *list = ecp_i_patches(s->w);
     int i, next = 0;
     s->r->asleep = 0;
-    if (!s->watched) return;
+    if (!ecp_i_watched(s)) return;
     for (i = 0; i < s->w->bodies; i++) s->motions[i].asleep = s->motions[i].stirred = 0;
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs + i;
@@ -7593,7 +7643,7 @@ static void ecp_i_mark_stirred(ecp_i_step *s)
 static int ecp_i_island_sleeps(const ecp_i_step *s, int label)
 {
     int i;
-    if (!s->sleepers) return 0;
+    if (!ecp_i_sleepers(s)) return 0;
     for (i = label; i >= 0; i = s->motions[i].next_body) {
         if (!s->motions[i].quiet || s->motions[i].stirred) return 0;
     }
@@ -7640,7 +7690,7 @@ static void ecp_i_end_sleep(ecp_i_step *s)
     size_t reals = (size_t)s->w->desc.max_inequalities;
     int i;
     ECPSIM_MEMSET(&s->w->asked, 0, sizeof s->w->asked);
-    if (!s->watched) return;
+    if (!ecp_i_watched(s)) return;
     ecp_i_ask(s->o, &s->w->asked);
     for (i = 0; i < s->w->bodies; i++) {
         ecp_i_motion *m = s->motions + i;
@@ -7649,7 +7699,7 @@ static void ecp_i_end_sleep(ecp_i_step *s)
     }
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs + i;
-        ecp_i_motion *root = s->motions + (c->ma->dynamic ? c->ma : c->mb)->island;
+        ecp_i_motion *root = s->motions + (ecp_i_moves_a(c) ? c->ma : c->mb)->island;
         if (root->asleep || root->stirred) continue;
         root->stirred =
             !ecp_i_same_bytes(c->record, ecp_i_patches(s->w) + c->old, sizeof(ecp_i_patch)) ||
@@ -7667,7 +7717,7 @@ static int ecp_i_world_sleeps(ecp_i_step *s)
 {
     const ecp_i_body *bodies = ecp_i_bodies(s->w);
     int i;
-    if (!s->sleepers) return 0;
+    if (!ecp_i_sleepers(s)) return 0;
     for (i = 0; i < s->w->bodies; i++) {
         if (bodies[i].kind != ECP_I_FREE && !bodies[i].asleep) return 0;
     }
@@ -7750,7 +7800,7 @@ static ecp_i_motion *ecp_i_carried(const ecp_i_island *s, const ecp_i_pair *c)
 {
     const ecp_real *g = s->world->desc.gravity;
     ecp_real down = ecp_i_dot(g, c->offset);
-    if (!c->ma->dynamic || !ecp_i_moves_b(c)) return c->ma->dynamic ? c->ma : c->mb;
+    if (!ecp_i_moves_a(c) || !ecp_i_moves_b(c)) return ecp_i_moves_a(c) ? c->ma : c->mb;
     if (!(ecp_i_norm(g) > 0)) down = c->ma->mass - c->mb->mass;
     if (down == 0) return c->ma < c->mb ? c->ma : c->mb;
     return down > 0 ? c->mb : c->ma;
@@ -7778,7 +7828,7 @@ static void ecp_i_island_loads(ecp_i_island *s)
     }
     for (i = s->body_count - 1; i >= 0; i--) {
         ecp_i_motion *m = s->motions + s->bodies[i];
-        if (m->carries > 0) continue;
+        if (!ECP_I_PAIRS || m->carries > 0) continue;
         m->next_ready = ready;
         ready = m;
     }
@@ -7807,12 +7857,12 @@ static void ecp_i_island_units(ecp_i_island *s)
         ecp_i_pair *c = s->pairs[i];
         c->V = speed;
         c->L = c->carried->length;
-        if (c->ma->dynamic && ecp_i_moves_b(c)) c->L = ecp_i_min(c->ma->length, c->mb->length);
+        if (ecp_i_moves_a(c) && ecp_i_moves_b(c)) c->L = ecp_i_min(c->ma->length, c->mb->length);
         load = c->carried->load / (ecp_real)c->carried->loads;
         c->P = ecp_i_power_of_two(load * speed);
         ecp_i_scale(-s->h * load / c->P, s->world->desc.gravity, c->weight);
         c->rho = 1;
-        for (k = 0; k < c->nf; k++) {
+        for (k = 0; k < ecp_i_nf(c); k++) {
             ecp_real e = k < 2 ? c->e[k] : c->e[k] / c->L;
             c->rho = ecp_i_max(c->rho, e * e);
         }
@@ -7831,7 +7881,7 @@ static void ecp_i_start_warm(const ecp_i_island *s, const ecp_i_pair *c, ecp_rea
     for (i = 0; i < c->nl; i++) y[3 + i] = multipliers[i];
     for (i = 0; i < c->nm; i++) y[ecp_i_at_m(c) + i] = multipliers[c->nl + i];
     if (!ecp_i_on_plane(c)) y[ecp_i_at_d(c)] = contact->gap / (s->h * c->V);
-    for (i = 0; i <= c->nf; i++) y[ecp_i_at_p(c) + i] = 0;
+    for (i = 0; i <= ecp_i_nf(c); i++) y[ecp_i_at_p(c) + i] = 0;
 }
 
 /* the impulses of the last step, from its tangents to this step's, which must be known */
@@ -7840,12 +7890,12 @@ static void ecp_i_start_impulses(const ecp_i_island *s, const ecp_i_pair *c, ecp
     const ecp_contact *old = &ecp_i_patches(s->world)[c->old].contact;
     ecp_real *p = y + ecp_i_at_p(c), tangential[3], P = c->P * (s->world->last_h / s->h);
     p[0] = old->p_n / P;
-    if (c->nf == 0) return;
+    if (ecp_i_nf(c) == 0) return;
     ecp_i_scale(old->p_t, old->direction_t, tangential);
     ecp_i_axpy(tangential, old->p_o, old->direction_o, tangential);
     p[1] = ecp_i_dot(c->t, tangential) / (c->e[0] * P);
     p[2] = ecp_i_dot(c->o, tangential) / (c->e[1] * P);
-    if (c->nf == 3) p[3] = old->p_r / (c->e[2] * P);
+    if (ecp_i_nf(c) == 3) p[3] = old->p_r / (c->e[2] * P);
 }
 
 /* A point of A's surface beside the one that a geometric start would take: where the normal, tilted
@@ -7913,7 +7963,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         if (warm) ecp_i_start_impulses(s, c, z + c->at);
         ecp_i_pair_impulse(c, z + c->at);
         ecp_i_pair_noise(c, s->h, 2 * s->noise);
-        if (c->ma->dynamic) ecp_i_wrench(c, c->ma, warm ? c->ra : none, 1);
+        if (ecp_i_moves_a(c)) ecp_i_wrench(c, c->ma, warm ? c->ra : none, 1);
         if (ecp_i_moves_b(c)) ecp_i_wrench(c, c->mb, warm ? c->rb : none, -1);
     }
     if (k == 2) return ecp_i_start_spots(s, z);
@@ -7953,10 +8003,10 @@ static void ecp_i_island_repair(void *self, ecp_real *z)
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         ecp_real *p = z + c->at + ecp_i_at_p(c);
-        for (k = 0; k <= c->nf; k++) impulses[k] = p[k];
+        for (k = 0; k <= ecp_i_nf(c); k++) impulses[k] = p[k];
         ecp_i_scale(c->L, z + c->at, a);
         ecp_i_start_geometric(c, s->h, s->nearest ? a : NULL, ECP_I_FLAT, z + c->at);
-        for (k = 0; k <= c->nf; k++) p[k] = impulses[k];
+        for (k = 0; k <= ecp_i_nf(c); k++) p[k] = impulses[k];
     }
 }
 
@@ -8071,14 +8121,14 @@ static void ecp_i_record(ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp
     for (i = 0; i < c->nl; i++) c->multipliers[i] = y[3 + i];
     for (i = 0; i < c->nm; i++) c->multipliers[c->nl + i] = y[ecp_i_at_m(c) + i];
     k->mode = ECP_APART;
-    if (c->nf == 0) ecp_i_tangents(c);
+    if (ecp_i_nf(c) == 0) ecp_i_tangents(c);
     ecp_i_copy3(c->t, k->direction_t);
     ecp_i_copy3(c->o, k->direction_o);
     /* of p_n and d one is zero: the larger one, in its unit, says which */
     if (!(c->p[0] > c->d / (h * c->V))) return;
     k->p_n = c->P * c->p[0];
     k->mode = ECP_SLIP;
-    if (c->nf == 0) return;
+    if (ecp_i_nf(c) == 0) return;
     k->p_t = c->e[0] * c->P * c->p[1];
     k->p_o = c->e[1] * c->P * c->p[2];
     k->p_r = ecp_i_torsion(c);
@@ -8088,7 +8138,7 @@ static void ecp_i_record(ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp
     }
     w[0] = c->e[0] * ecp_i_dot(c->t, c->v);
     w[1] = c->e[1] * ecp_i_dot(c->o, c->v);
-    w[2] = c->nf == 3 ? c->e[2] * ecp_i_dot(c->N, c->spin) : ECP_R(0);
+    w[2] = ecp_i_nf(c) == 3 ? c->e[2] * ecp_i_dot(c->N, c->spin) : ECP_R(0);
     k->sigma = ecp_i_norm(w);
 }
 
@@ -8097,7 +8147,7 @@ static ecp_real ecp_i_cone_violation(const ecp_i_pair *c)
 {
     ecp_real size = 0;
     int k;
-    for (k = 1; k <= c->nf; k++) size += c->p[k] * c->p[k];
+    for (k = 1; k <= ecp_i_nf(c); k++) size += c->p[k] * c->p[k];
     return c->P * (ecp_i_sqrt(size) - c->mu * c->p[0]);
 }
 
@@ -8169,7 +8219,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     p.trial = vectors[4];
     ecp_i_island_units(&s);
     solved = ecp_i_solve(&p, step->o, z, &effort);
-    if (solved && step->o->rule == ECP_CENTRED) {
+    if (ECP_I_CENTRING && solved && step->o->rule == ECP_CENTRED) {
         if (s.many || s.uncentred)
             centred = ecp_i_centre(&s, &p, step, z, best, &effort);
         else if (s.in_vain && effort.iterations == 0)
@@ -8306,16 +8356,16 @@ static ecp_status ecp_i_commit(ecp_i_step *s)
     for (i = 0; i < w->bodies; i++) {
         const ecp_i_motion *m = s->motions + i;
         ecp_i_body *b = bodies + i, before;
-        if (b->kind == ECP_STATIC) b->asleep = s->watched;
+        if (b->kind == ECP_STATIC) b->asleep = ecp_i_watched(s);
         if (b->kind == ECP_STATIC || b->kind == ECP_I_FREE || m->asleep) continue;
-        if (s->watched) ECPSIM_MEMCPY(&before, b, sizeof before);
+        if (ecp_i_watched(s)) ECPSIM_MEMCPY(&before, b, sizeof before);
         ecp_quat_advance(b->q, m->v + 3, s->h, b->q);
         for (k = 0; k < 3; k++) ecp_i_add_carried(b->x + k, b->x_carry + k, m->dx[k]);
         for (k = 0; m->dynamic && k < 6; k++) {
             ecp_i_add_carried(b->v + k, b->v_carry + k, m->dv[k]);
             b->force[k] = b->impulse[k] = 0;
         }
-        if (s->watched) b->asleep = w->last_h == s->h && ecp_i_is_still(&before, b);
+        if (ecp_i_watched(s)) b->asleep = w->last_h == s->h && ecp_i_is_still(&before, b);
     }
     ecp_i_end_sleep(s);
     w->last_h = s->h;
@@ -8336,7 +8386,7 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
     ecp_i_step s;
     ecp_status status = ECP_OK;
     int i, asleep;
-    s.extras = s.pair_count = s.sleepers = 0;
+    s.extras = s.pair_count = s.has_sleepers = 0;
     s.w = world;
     s.h = h;
     s.o = o;
@@ -8348,7 +8398,7 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
     asleep = ecp_i_world_sleeps(&s);
     for (i = 0; !asleep && i < world->bodies; i++) {
         const ecp_i_body *b = ecp_i_bodies(world) + i;
-        s.motions[i].quiet = s.sleepers && b->asleep;
+        s.motions[i].quiet = ecp_i_sleepers(&s) && b->asleep;
         if (b->kind != ECP_I_FREE) ecp_i_predict(world, b, h, s.motions + i);
         if (b->kind == ECP_KINEMATIC && status == ECP_OK) {
             status = ecp_i_check_turn(&s, i, b->v + 3);

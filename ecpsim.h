@@ -4268,11 +4268,13 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i
 {
     ecp_real dN[3], d_o[3] = {0, 0, 0}, dt[3] = {0, 0, 0}, dF[3] = {0, 0, 0}, dw[3] = {0, 0, 0};
     ecp_real twist[3] = {0, 0, 0}, d = t->d;
-    int k, ld = c->columns, row = 3 + c->kl, turns = !ecp_i_is_zero(t->n);
+    int k, ld = c->columns, row = 3 + c->kl, pair = !ecp_i_on_plane(c);
+    int turns = pair && !ecp_i_is_zero(t->n);
     int pushes = t->p[0] != 0 || !ecp_i_is_zero(t->p + 1);
     int moves = turns || d != 0 || !ecp_i_is_zero(t->rb) || !ecp_i_is_zero(t->v) ||
-                !ecp_i_is_zero(t->ra) || !ecp_i_is_zero(t->spin) || !ecp_i_is_zero(t->turn_b);
-    if (ecp_i_on_plane(c)) {
+                !ecp_i_is_zero(t->ra) || !ecp_i_is_zero(t->spin) ||
+                (pair && !ecp_i_is_zero(t->turn_b));
+    if (!pair) {
         for (k = 0; k < 3; k++) column[ld * k] = t->rows[k];
         d = ecp_i_dot(c->N, t->rb);
     } else if (moves) {
@@ -4284,6 +4286,11 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i
     if (!moves && !pushes) return;
     column[ld * row++] =
         s->p * t->p[0] + s->d * (d / (h * c->V) + (c->give + ecp_i_compliance(c)) * t->p[0]);
+    if (moves && ecp_i_nf(c) > 0) {
+        dw[0] = ecp_i_dot(c->t, t->v);
+        dw[1] = ecp_i_dot(c->o, t->v);
+        dw[2] = ecp_i_dot(c->N, t->spin);
+    }
     ecp_i_scale(-1, t->n, dN);
     if (turns && ecp_i_nf(c) > 0) {
         ecp_i_cross(dN, c->direction, d_o);
@@ -4291,11 +4298,9 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i
         ecp_i_scale(1 / c->c_norm, d_o, d_o);
         ecp_i_cross(d_o, c->N, dt);
         ecp_i_add_cross(c->o, dN, dt);
-    }
-    if (moves && ecp_i_nf(c) > 0) {
-        dw[0] = ecp_i_dot(dt, c->v) + ecp_i_dot(c->t, t->v);
-        dw[1] = ecp_i_dot(d_o, c->v) + ecp_i_dot(c->o, t->v);
-        dw[2] = ecp_i_dot(dN, c->spin) + ecp_i_dot(c->N, t->spin);
+        dw[0] += ecp_i_dot(dt, c->v);
+        dw[1] += ecp_i_dot(d_o, c->v);
+        dw[2] += ecp_i_dot(dN, c->spin);
     }
     if (ecp_i_nf(c) > 0) ecp_i_friction_column(c, s, t, dw, column + ld * row);
     row += ecp_i_nf(c);

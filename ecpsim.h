@@ -383,7 +383,8 @@ ECP_DEF int ecp_least_squares(int m, int n, ecp_real *A, int ld, ecp_real *b, ec
    row_tag[i] & mask and col_tag[j] & mask are both not zero. Stops when no such entry exceeds
    `tolerance` in size, and returns the number of pivots so far; what is left of the block could
    not be pivoted. row_tag[rows] and col_tag[cols], as well as row_order and col_order, which say
-   which row and column of the original stands at each place, are exchanged along. */
+   which row and column of the original stands at each place, are exchanged along; row_order may be
+   NULL. */
 ECP_DEF int ecp_eliminate(ecp_real *A, int ld, int all_rows, int all_cols, int rows, int cols,
                           int first, int mask, ecp_real tolerance, int *row_tag, int *col_tag,
                           int *row_order, int *col_order);
@@ -1616,7 +1617,7 @@ ECP_DEF int ecp_eliminate(ecp_real *A, int ld, int all_rows, int all_cols, int r
         ecp_i_exchange_rows(A, ld, all_cols, k, p);
         ecp_i_exchange_columns(A, ld, all_rows, k, q);
         ecp_i_exchange_ints(row_tag, k, p);
-        ecp_i_exchange_ints(row_order, k, p);
+        if (row_order) ecp_i_exchange_ints(row_order, k, p);
         ecp_i_exchange_ints(col_tag, k, q);
         ecp_i_exchange_ints(col_order, k, q);
         for (i = k + 1; i < all_rows; i++) {
@@ -3813,7 +3814,7 @@ typedef struct ecp_i_pair {
     /* the Newton block (see elimination) */
     ecp_real *block;
     ecp_real *fixed_a, *slope_a, *fixed_b, *slope_b;
-    int *active_a, *active_b, *row_tag, *col_tag, *row_order, *col_order;
+    int *active_a, *active_b, *row_tag, *col_tag, *col_order;
     int kl, km, ny, columns, pivots;
     ecp_real Ha[9], Hb[9];
     int next_pair;                /* of the island, or -1 */
@@ -3994,11 +3995,11 @@ static void ecp_i_pair_gap(ecp_i_pair *c, const ecp_real *y, ecp_real h)
 {
     ecp_real origin[3], at[3];
     c->d = ecp_i_on_plane(c) ? ecp_i_plane_gap_after(c) : h * c->V * y[ecp_i_at_d(c)];
-    ecp_i_axpy(c->rb, c->d, c->n, c->rb2);
     if (ecp_i_on_plane(c)) {
         ecp_i_pair_cone(c, y);
         return;
     }
+    ecp_i_axpy(c->rb, c->d, c->n, c->rb2);
     ecp_i_mul(c->mb->R, c->b->position, origin);
     ecp_i_sub(c->rb2, origin, at);
     ecp_i_mul_t(c->Qb, at, c->b_local);
@@ -4619,22 +4620,22 @@ static void ecp_i_block_eliminate(ecp_i_pair *c)
     ecp_real tolerance = ecp_i_sqrt(ECP_I_EPSILON) / 4;
     int i, stage, rows = c->columns - 1;
     for (i = 0; i < c->ny; i++) {
-        c->row_order[i] = c->col_order[i] = i;
+        c->col_order[i] = i;
         c->row_tag[i] = c->col_tag[i] =
             i < c->ny - 1 - ecp_i_nf(c) ? ECP_I_GEOMETRY : ECP_I_IMPULSE;
     }
     c->pivots = 0;
     for (stage = 0; stage < 3; stage++) {
-        c->pivots = ecp_eliminate(c->block, c->columns, rows, c->columns, c->ny, c->ny, c->pivots,
-                                  masks[stage], tolerance, c->row_tag, c->col_tag, c->row_order,
-                                  c->col_order);
+        c->pivots =
+            ecp_eliminate(c->block, c->columns, rows, c->columns, c->ny, c->ny, c->pivots,
+                          masks[stage], tolerance, c->row_tag, c->col_tag, NULL, c->col_order);
     }
     for (i = -1; c->pivots < c->ny && c->pivots > i;) {
         i = c->pivots;
         ecp_i_block_slack(c);
         c->pivots =
             ecp_eliminate(c->block, c->columns, rows, c->columns, c->ny, c->ny, i, ECP_I_LAST,
-                          ECP_I_NO_PIVOT, c->row_tag, c->col_tag, c->row_order, c->col_order);
+                          ECP_I_NO_PIVOT, c->row_tag, c->col_tag, NULL, c->col_order);
     }
 }
 
@@ -5162,11 +5163,12 @@ static int ecp_i_front_carve(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fron
     f->tau_b = ecp_i_take_reals(arena, 6, 1);
     f->tau_l = ecp_i_take_reals(arena, n, 1);
     f->x = ecp_i_take_reals(arena, f->forces + 6, 1);
-    f->C = ecp_i_take_stack(arena, f->constraints + 6, ld);
+    f->C = ecp_i_take_stack(arena, f->constraints + (ECP_I_PAIRS ? 6 : 0), ld);
     f->M = ecp_i_take_stack(arena, 6 + n, ld);
     if (arena->overflow) return 0;
     ECPSIM_MEMSET(f->Bt, 0, (size_t)((f->forces + 6) * (6 + n)) * sizeof(ecp_real));
-    ECPSIM_MEMSET(f->C, 0, (size_t)((f->constraints + 6) * ld) * sizeof(ecp_real));
+    ECPSIM_MEMSET(f->C, 0,
+                  (size_t)((f->constraints + (ECP_I_PAIRS ? 6 : 0)) * ld) * sizeof(ecp_real));
     ECPSIM_MEMSET(f->M, 0, (size_t)((6 + n) * ld) * sizeof(ecp_real));
     if (!ECP_I_PAIRS) return 1;
     t->slot[f->body] = 0;
@@ -5412,7 +5414,6 @@ static void ecp_i_carve_block(ecp_i_arena *arena, int count, int bodies, ecp_i_p
     c->block = ecp_i_take_reals(arena, rows, rows + 1);
     c->row_tag = ecp_i_take_ints(arena, count);
     c->col_tag = ecp_i_take_ints(arena, count);
-    c->row_order = ecp_i_take_ints(arena, count);
     c->col_order = ecp_i_take_ints(arena, count);
 }
 
@@ -7067,7 +7068,7 @@ static void ecp_i_carve_pair(ecp_i_arena *arena, int nl, int nm, ecp_i_pair *c)
 static void ecp_i_carve_vectors(ecp_i_arena *arena, int unknowns, ecp_real *vectors[6])
 {
     int k;
-    vectors[0] = ecp_i_take_reals(arena, unknowns, 6);
+    vectors[0] = ecp_i_take_reals(arena, unknowns, 5 + ECP_I_DAMPING);
     for (k = 1; k < 6; k++) vectors[k] = vectors[0] ? vectors[k - 1] + unknowns : NULL;
 }
 
@@ -7075,6 +7076,14 @@ static void ecp_i_carve_vectors(ecp_i_arena *arena, int unknowns, ecp_real *vect
 static int ecp_i_most_unknowns(const ecp_world_desc *d)
 {
     return (ECP_I_PAIRS ? 8 : 7) + d->max_inequalities;
+}
+
+/* What a patch can leave to the front. With a half-space: the ECP where no multiplier is kept, and the
+   impulses, 7; each multiplier that is kept fixes the normal in one direction, and itself. */
+static int ecp_i_most_left(const ecp_world_desc *d)
+{
+    int most = ecp_i_most_unknowns(d);
+    return ECP_I_PAIRS ? most : most < 9 ? 7 : most - 2;
 }
 
 /* bodies of one island */
@@ -7087,8 +7096,8 @@ static size_t ecp_i_tree_reals(const ecp_world_desc *d)
 {
     size_t n = (size_t)ecp_i_most_together(d), patches = (size_t)d->max_patches;
     size_t u = 6 * (n - 1 < 12 ? n - 1 : 12);
-    size_t left = n > 8 ? 8 : (size_t)ecp_i_most_unknowns(d);
-    size_t met = patches * left + n * u, front = (n > 8 ? 32 * left : met) + 6;
+    size_t left = n > 8 ? 8 : (size_t)ecp_i_most_left(d);
+    size_t met = patches * left + n * u, front = (n > 8 ? 32 * left : met) + (ECP_I_PAIRS ? 6 : 0);
     return n * (19 * (7 + u) + u + 12) + (met + 6 * n) * (7 + u) +          /* lasting */
            front * (7 + u) + (6 + u) * (7 + u) + (n + 1) * 2 * u * (u + 1); /* stack */
 }

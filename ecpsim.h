@@ -3763,6 +3763,14 @@ static void ecp_i_predict(const ecp_world *w, const ecp_i_body *b, ecp_real h, e
    with y = (p_t / e_t, p_o / e_o, p_r / e_r). The rows stand in the order of these lines, with the
    multipliers' rows before the gap's. Contact normal N = -n, from B to A. */
 
+/* what a patch has of B if that is no half-space */
+typedef struct ecp_i_side_b {
+    ecp_real *fb, *gb, *fixed_b, *slope_b; /* of g, like fa, ga and the others of f */
+    int *active_b;
+    ecp_real rb2[3], b_local[3]; /* a2, from B's centre of mass and in the frame of B */
+    ecp_real Hb[9];
+} ecp_i_side_b;
+
 typedef struct ecp_i_pair {
     const ecp_i_part *a, *b;
     ecp_i_motion *ma, *mb;
@@ -3789,15 +3797,15 @@ typedef struct ecp_i_pair {
     int turns_a, turns_b;
 
     /* at the trial point */
-    ecp_real *fa, *ga, *fb, *gb;     /* values and gradients of f at a, of g at b */
+    ecp_real *fa, *ga;               /* values and gradients of f at a */
+    ecp_i_side_b *on_b;              /* of a pair */
     ecp_real cone[3];                /* sum l_i grad f_i, frame of A */
     ecp_real Qa[9], Qb[9];           /* primitive to world */
     ecp_real n[3], N[3], t[3], o[3]; /* world */
     ecp_real c[3], c_norm;           /* N x direction, before normalisation */
     ecp_real turned[3];              /* what the turn of A adds to ra0 */
     ecp_real ra[3], rb[3];           /* from the centres of mass to a */
-    ecp_real rb2[3];                 /* from B's to a2 */
-    ecp_real b_local[3], d;
+    ecp_real d;
     ecp_real d_floor, d_noise;     /* rounding error of the gap as a distance, and in its row */
     ecp_real n_noise;              /* and of the rows of the normal, from the last Newton step */
     ecp_real v[3], spin[3];        /* of A relative to B at a */
@@ -3813,10 +3821,10 @@ typedef struct ecp_i_pair {
 
     /* the Newton block (see elimination) */
     ecp_real *block;
-    ecp_real *fixed_a, *slope_a, *fixed_b, *slope_b;
-    int *active_a, *active_b, *row_tag, *col_tag, *col_order;
+    ecp_real *fixed_a, *slope_a;
+    int *active_a, *row_tag, *col_tag, *col_order;
     int kl, km, ny, columns, pivots;
-    ecp_real Ha[9], Hb[9];
+    ecp_real Ha[9];
     int next_pair;                /* of the island, or -1 */
     struct ecp_i_pair *next_here; /* of the patches that are assembled at the same front */
     const ecp_real *left;         /* the values of the unknowns passed on to it */
@@ -3993,17 +4001,18 @@ static void ecp_i_pair_normal(ecp_i_pair *c, const ecp_real *y)
 /* after that: d, rb2, b with g there; the cone of a half-space's patch, which its normal does not need */
 static void ecp_i_pair_gap(ecp_i_pair *c, const ecp_real *y, ecp_real h)
 {
+    ecp_i_side_b *b = c->on_b;
     ecp_real origin[3], at[3];
     c->d = ecp_i_on_plane(c) ? ecp_i_plane_gap_after(c) : h * c->V * y[ecp_i_at_d(c)];
     if (ecp_i_on_plane(c)) {
         ecp_i_pair_cone(c, y);
         return;
     }
-    ecp_i_axpy(c->rb, c->d, c->n, c->rb2);
+    ecp_i_axpy(c->rb, c->d, c->n, b->rb2);
     ecp_i_mul(c->mb->R, c->b->position, origin);
-    ecp_i_sub(c->rb2, origin, at);
-    ecp_i_mul_t(c->Qb, at, c->b_local);
-    c->b->shape.cls->eval(&c->b->shape, c->b_local, c->fb, c->gb);
+    ecp_i_sub(b->rb2, origin, at);
+    ecp_i_mul_t(c->Qb, at, b->b_local);
+    c->b->shape.cls->eval(&c->b->shape, b->b_local, b->fb, b->gb);
 }
 
 /* |x|, smoothed by tau */
@@ -4136,14 +4145,16 @@ static void ecp_i_pair_residual(const ecp_i_pair *c, const ecp_real *y, ecp_real
     } else {
         F[row++] = (ecp_i_dot(c->n, c->n) - 1) / 2;
         for (i = 0; i < c->nm; i++) {
-            ecp_i_axpy(local, y[ecp_i_at_m(c) + i], c->gb + 3 * i, local);
+            ecp_i_axpy(local, y[ecp_i_at_m(c) + i], c->on_b->gb + 3 * i, local);
         }
         for (k = 0; k < 3; k++) F[row++] = local[k];
     }
     ecp_i_multiplier_rows(c->nl, y + 3, c->fa, unit, c->tau, F + row);
     row += c->nl;
-    ecp_i_multiplier_rows(c->nm, y + ecp_i_at_m(c), c->fb, unit, c->tau, F + row);
-    row += c->nm;
+    if (!ecp_i_on_plane(c)) {
+        ecp_i_multiplier_rows(c->nm, y + ecp_i_at_m(c), c->on_b->fb, unit, c->tau, F + row);
+        row += c->nm;
+    }
     F[row++] = ecp_i_fb_value(c->p[0], c->d / (h * c->V) + c->give * c->p[0], c->tau, &r);
     shrink = ecp_i_nf(c) && c->z_norm > c->radius ? c->radius / c->outer : ECP_R(1);
     if (ecp_i_nf(c) && c->tau > 0) shrink = c->radius / c->outer;
@@ -4168,7 +4179,7 @@ static void ecp_i_change_of_b(const ecp_i_pair *c, const ecp_i_change *t, ecp_re
     ecp_real moved[3], turned[3];
     ecp_i_axpy(t->rb, t->d, c->n, moved);
     ecp_i_axpy(moved, c->d, t->n, moved);
-    ecp_i_cross(c->rb2, t->turn_b, turned);
+    ecp_i_cross(c->on_b->rb2, t->turn_b, turned);
     ecp_i_axpy(moved, 1, turned, moved);
     ecp_i_mul_t(c->Qb, moved, db);
     ecp_i_scale(1 / c->L, db, db);
@@ -4184,12 +4195,12 @@ static int ecp_i_pair_column(const ecp_i_pair *c, const ecp_i_change *t, ecp_rea
     ecp_i_cross(c->n, t->turn_b, turned);
     ecp_i_axpy(turned, 1, t->n, turned);
     ecp_i_mul_t(c->Qb, turned, local);
-    ecp_i_mul(c->Hb, db, turned);
+    ecp_i_mul(c->on_b->Hb, db, turned);
     for (k = 0; k < 3; k++) column[ld * row++] = local[k] + turned[k] + t->rows[k];
     row += c->kl;
     for (i = 0; i < c->km; i++) {
-        int j = c->active_b[i];
-        column[ld * row++] = -c->slope_b[j] * ecp_i_dot(c->gb + 3 * j, db);
+        int j = c->on_b->active_b[i];
+        column[ld * row++] = -c->on_b->slope_b[j] * ecp_i_dot(c->on_b->gb + 3 * j, db);
     }
     return row;
 }
@@ -4492,9 +4503,9 @@ static void ecp_i_block_columns(ecp_i_pair *c, const ecp_i_slopes *s, ecp_real h
     }
     for (i = 0; i < c->km; i++, column++) {
         ECPSIM_MEMSET(&t, 0, sizeof t);
-        ecp_i_copy3(c->gb + 3 * c->active_b[i], t.rows);
+        ecp_i_copy3(c->on_b->gb + 3 * c->on_b->active_b[i], t.rows);
         ecp_i_column(c, s, &t, h, c->block + column);
-        c->block[ld * (first + c->kl + i) + column] += c->fixed_b[c->active_b[i]];
+        c->block[ld * (first + c->kl + i) + column] += c->on_b->fixed_b[c->on_b->active_b[i]];
     }
     for (i = 0; i <= ecp_i_nf(c); i++, column++) {
         ECPSIM_MEMSET(&t, 0, sizeof t);
@@ -4555,11 +4566,12 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
     c->km = 0;
     if (!ecp_i_on_plane(c)) {
         const ecp_real *m = y + ecp_i_at_m(c);
-        ecp_i_hessian(&c->b->shape, c->b_local, m, c->L, c->Hb);
-        b[0] = b[1] = b[2] = ecp_i_norm(c->b_local) / c->L; /* from turned coordinates */
-        c->n_noise += ecp_i_normal_noise(c->Hb, b);
-        c->km = ecp_i_condense(c->nm, m, c->fb, c->gb, c->L, c->tau, c->kink, c->fixed_b,
-                               c->slope_b, c->active_b, c->Hb, shift_b);
+        ecp_i_side_b *side = c->on_b;
+        ecp_i_hessian(&c->b->shape, side->b_local, m, c->L, side->Hb);
+        b[0] = b[1] = b[2] = ecp_i_norm(side->b_local) / c->L; /* from turned coordinates */
+        c->n_noise += ecp_i_normal_noise(side->Hb, b);
+        c->km = ecp_i_condense(c->nm, m, side->fb, side->gb, c->L, c->tau, c->kink, side->fixed_b,
+                               side->slope_b, side->active_b, side->Hb, shift_b);
     }
     c->ny = 4 + c->kl + ecp_i_nf(c) + (ecp_i_on_plane(c) ? 0 : 1 + c->km);
     rows = c->ny + 6 * bodies;
@@ -4587,7 +4599,7 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
     for (i = 0; i < row; i++) rhs[c->columns * i] -= F[i];
     for (i = 0; i < c->kl; i++)
         rhs[c->columns * row++] -= F[(ecp_i_on_plane(c) ? 3 : 4) + c->active_a[i]];
-    for (i = 0; i < c->km; i++) rhs[c->columns * row++] -= F[4 + c->nl + c->active_b[i]];
+    for (i = 0; i < c->km; i++) rhs[c->columns * row++] -= F[4 + c->nl + c->on_b->active_b[i]];
     for (k = 0; k <= ecp_i_nf(c); k++) rhs[c->columns * row++] -= F[ecp_i_at_p(c) + k];
 }
 
@@ -4679,7 +4691,7 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
         } else if (i == 3 + c->kl) {
             dy[ecp_i_at_d(c)] = x[k];
         } else {
-            dy[ecp_i_at_m(c) + c->active_b[i - 4 - c->kl]] = x[k];
+            dy[ecp_i_at_m(c) + c->on_b->active_b[i - 4 - c->kl]] = x[k];
         }
     }
     if (centring) {
@@ -4710,10 +4722,11 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
     t.d = h * c->V * dy[ecp_i_at_d(c)];
     ecp_i_change_of_b(c, &t, db);
     for (i = 0, k = 0; i < c->nm; i++) {
-        if (k < c->km && c->active_b[k] == i) {
+        if (k < c->km && c->on_b->active_b[k] == i) {
             k++;
         } else {
-            dy[ecp_i_at_m(c) + i] = c->fixed_b[i] + c->slope_b[i] * ecp_i_dot(c->gb + 3 * i, db);
+            dy[ecp_i_at_m(c) + i] =
+                c->on_b->fixed_b[i] + c->on_b->slope_b[i] * ecp_i_dot(c->on_b->gb + 3 * i, db);
         }
     }
 }
@@ -6387,9 +6400,9 @@ static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *gue
     if (!ecp_i_on_plane(c)) {
         ecp_i_mul_t(B.Q, n, local);
         ecp_i_scale(-1, local, local);
-        c->b->shape.cls->eval(&c->b->shape, b, c->fb, c->gb);
+        c->b->shape.cls->eval(&c->b->shape, b, c->on_b->fb, c->on_b->gb);
         reach = ECP_R(1e-3) * c->b->shape.radius;
-        ecp_i_cone_multipliers(c->nm, c->fb, c->gb, local, reach, y + ecp_i_at_m(c));
+        ecp_i_cone_multipliers(c->nm, c->on_b->fb, c->on_b->gb, local, reach, y + ecp_i_at_m(c));
     }
     gap /= h * c->V;
     y[ecp_i_at_p(c)] = ecp_i_start_load(c, n, gap);
@@ -6635,8 +6648,8 @@ static void ecp_i_spots_gather(ecp_i_pair *c, ecp_real h, ecp_real *y)
     ecp_i_cone_multipliers(c->nl, c->fa, c->ga, local, ECP_R(1e-3) * c->a->shape.radius, y + 3);
     if (ecp_i_on_plane(c)) return;
     ecp_i_mul_t(B.Q, c->N, local);
-    c->b->shape.cls->eval(&c->b->shape, b, c->fb, c->gb);
-    ecp_i_cone_multipliers(c->nm, c->fb, c->gb, local, ECP_R(1e-3) * c->b->shape.radius,
+    c->b->shape.cls->eval(&c->b->shape, b, c->on_b->fb, c->on_b->gb);
+    ecp_i_cone_multipliers(c->nm, c->on_b->fb, c->on_b->gb, local, ECP_R(1e-3) * c->b->shape.radius,
                            y + ecp_i_at_m(c));
 }
 
@@ -7044,23 +7057,28 @@ static void ecp_i_carve_records(ecp_i_step *s, int label)
     }
 }
 
-/* values, gradients and lists of one patch with nl + nm multipliers */
+/* values, gradients and lists of one patch with nl + nm multipliers; nm = 0: B is a half-space */
 static void ecp_i_carve_pair(ecp_i_arena *arena, int nl, int nm, ecp_i_pair *c)
 {
-    size_t count = (size_t)(nl + nm);
-    ecp_real *reals = (ecp_real *)ecp_i_take(arena, count, 6 * sizeof(ecp_real) + sizeof(int));
-    int *ints = reals ? (int *)(void *)(reals + 6 * count) : NULL;
-    if (!reals) return;
-    c->fa = reals;
+    size_t count = (size_t)(nl + nm), side = ECP_I_PAIRS && nm > 0 ? sizeof(ecp_i_side_b) : 0;
+    unsigned char *block =
+        (unsigned char *)ecp_i_take(arena, 1, side + count * (6 * sizeof(ecp_real) + sizeof(int)));
+    ecp_i_side_b *b = (ecp_i_side_b *)(void *)block;
+    int *ints;
+    if (!block) return;
+    c->fa = (ecp_real *)(void *)(block + side);
+    ints = (int *)(void *)(c->fa + 6 * count);
     c->fixed_a = c->fa + nl;
     c->slope_a = c->fixed_a + nl;
     c->ga = c->slope_a + nl;
-    c->fb = c->ga + 3 * nl;
-    c->fixed_b = c->fb + nm;
-    c->slope_b = c->fixed_b + nm;
-    c->gb = c->slope_b + nm;
     c->active_a = ints;
-    c->active_b = ints + nl;
+    if (side == 0) return;
+    c->on_b = b;
+    b->fb = c->ga + 3 * nl;
+    b->fixed_b = b->fb + nm;
+    b->slope_b = b->fixed_b + nm;
+    b->gb = b->slope_b + nm;
+    b->active_b = ints + nl;
 }
 
 /* the vectors of Newton's method: z, F; and where the first residual will not do, the last z that a
@@ -7170,7 +7188,7 @@ static void ecp_i_carve_world(ecp_i_arena *arena, ecp_world *w)
     ecp_i_carve_pairs(arena, d->max_patches, &s);
     ecp_i_carve_members(arena, d->max_patches, &s);
     for (i = 0; i < d->max_patches; i++) {
-        ecp_i_carve_pair(arena, d->max_inequalities, 0, &c);
+        ecp_i_carve_pair(arena, d->max_inequalities - 1, 1, &c);
         ecp_i_carve_block(arena, most, ECP_I_MOVERS, &c);
     }
     if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_SUBSTEPS) ecp_i_take(arena, w->state_bytes, 1); /* before */

@@ -406,7 +406,7 @@ static int elimination_row(const ecp_i_pair *c, int i)
     int first = c->plane ? 3 : 4;
     if (i < first) return c->at + i;
     if (i < first + c->kl) return c->at + first + c->active_a[i - first];
-    if (i < first + c->kl + c->km) return c->at + 4 + c->nl + c->active_b[i - 4 - c->kl];
+    if (i < first + c->kl + c->km) return c->at + 4 + c->nl + c->on_b->active_b[i - 4 - c->kl];
     return c->at + ecp_i_at_p(c) + i - (c->ny - 1 - c->nf);
 }
 
@@ -416,7 +416,7 @@ static int elimination_column(const ecp_i_pair *c, int i)
     if (i < 3 + c->kl) return c->at + 3 + c->active_a[i - 3];
     if (i >= c->ny - 1 - c->nf) return c->at + ecp_i_at_p(c) + i - (c->ny - 1 - c->nf);
     if (i == 3 + c->kl) return c->at + ecp_i_at_d(c);
-    return c->at + ecp_i_at_m(c) + c->active_b[i - 4 - c->kl];
+    return c->at + ecp_i_at_m(c) + c->on_b->active_b[i - 4 - c->kl];
 }
 
 /* the mass matrix, in units m and m L^2: row and column of the island */

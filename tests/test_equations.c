@@ -307,8 +307,8 @@ static int equations_try(ecp_i_pair *c, ecp_real *y, ecp_real h, int all_active,
     /* a half-space's normal does not change with the unknowns */
     if (c->nf && (double)c->c_norm < (c->plane ? 0.01 : 0.4) * size) return 0;
     if (!c->plane) {
-        if (!equations_smooth(&c->b->shape, c->b_local) || ecp_i_norm(c->b_local) > 2) return 0;
-        if (!equations_multipliers(c->nm, c->fb, c->L, all_active, y + ecp_i_at_m(c))) return 0;
+        if (!equations_smooth(&c->b->shape, c->on_b->b_local) || ecp_i_norm(c->on_b->b_local) > 2) return 0;
+        if (!equations_multipliers(c->nm, c->on_b->fb, c->L, all_active, y + ecp_i_at_m(c))) return 0;
     }
     return equations_impulses(c, y, h, mode);
 }

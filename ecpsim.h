@@ -5424,10 +5424,13 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real re
 static void ecp_i_carve_block(ecp_i_arena *arena, int count, int bodies, ecp_i_pair *c)
 {
     int rows = count + 6 * bodies;
-    c->block = ecp_i_take_reals(arena, rows, rows + 1);
-    c->row_tag = ecp_i_take_ints(arena, count);
-    c->col_tag = ecp_i_take_ints(arena, count);
-    c->col_order = ecp_i_take_ints(arena, count);
+    ecp_real *block = ecp_i_take_reals(arena, rows, rows + 1);
+    int *ints = ecp_i_take_ints(arena, 3 * count);
+    if (!ints) return;
+    c->block = block;
+    c->row_tag = ints;
+    c->col_tag = ints + count;
+    c->col_order = ints + 2 * count;
 }
 
 /* The tree of an island of n bodies: what the order needs, and the vectors of a solve. */
@@ -7057,7 +7060,8 @@ static void ecp_i_carve_records(ecp_i_step *s, int label)
     }
 }
 
-/* values, gradients and lists of one patch with nl + nm multipliers; nm = 0: B is a half-space */
+/* Values, gradients and lists of one patch with nl + nm multipliers; nm = 0: B is a half-space. Where
+   sizes alone are added up (here and in ecp_i_carve_block) there is no patch. */
 static void ecp_i_carve_pair(ecp_i_arena *arena, int nl, int nm, ecp_i_pair *c)
 {
     size_t count = (size_t)(nl + nm), side = ECP_I_PAIRS && nm > 0 ? sizeof(ecp_i_side_b) : 0;
@@ -7177,7 +7181,6 @@ static void ecp_i_carve_world(ecp_i_arena *arena, ecp_world *w)
 {
     const ecp_world_desc *d = &w->desc;
     ecp_i_step s;
-    ecp_i_pair c;
     ecp_i_tree t;
     ecp_i_graph g;
     ecp_real *vectors[6];
@@ -7188,8 +7191,8 @@ static void ecp_i_carve_world(ecp_i_arena *arena, ecp_world *w)
     ecp_i_carve_pairs(arena, d->max_patches, &s);
     ecp_i_carve_members(arena, d->max_patches, &s);
     for (i = 0; i < d->max_patches; i++) {
-        ecp_i_carve_pair(arena, d->max_inequalities - 1, 1, &c);
-        ecp_i_carve_block(arena, most, ECP_I_MOVERS, &c);
+        ecp_i_carve_pair(arena, d->max_inequalities - 1, 1, NULL);
+        ecp_i_carve_block(arena, most, ECP_I_MOVERS, NULL);
     }
     if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_SUBSTEPS) ecp_i_take(arena, w->state_bytes, 1); /* before */
     ecp_i_carve_vectors(arena, 6 * ecp_i_most_together(d) + most * d->max_patches, vectors);

@@ -107,14 +107,17 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT) for a table on three legs, as printed by `make size`, of 47,672.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 46,632.
 
-       ECPSIM_NO_PAIRS     10,112  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     11,760  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_FALLBACKS     4,688  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
+       ECPSIM_NO_FRICTION   2,876  contacts are smooth, whatever the materials say
+       ECPSIM_NO_SLEEP      1,264  options.sleep = 1 is ECP_BAD_OPTION
+       ECPSIM_NO_CENTRING     992  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS     4,860  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
                                    nothing is said). Options that ask for others are ECP_BAD_OPTION.
-                                   1,148 if it is ECP_FALLBACK_GEOMETRIC; without
-                                   ECP_FALLBACK_SUBSTEPS 548 and the work memory for a second state
+                                   1,320 if it is ECP_FALLBACK_GEOMETRIC; without
+                                   ECP_FALLBACK_SUBSTEPS 744 and the work memory for a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
@@ -998,11 +1001,6 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
 #define ECP_I_CENTRING 0
 #else
 #define ECP_I_CENTRING 1
-#endif
-#ifdef ECPSIM_NO_DAMPING
-#define ECP_I_DAMPING 0
-#else
-#define ECP_I_DAMPING 1
 #endif
 #ifndef ECPSIM_FALLBACKS
 #define ECPSIM_FALLBACKS                                                                           \
@@ -3830,16 +3828,12 @@ typedef struct ecp_i_pair {
     const ecp_real *left;         /* the values of the unknowns passed on to it */
 } ecp_i_pair;
 
-/* Is B a half-space? Do A and B move under impulses? How many friction rows are there, and how much does a
-   contact give way in a damped step? Of what a program does without compilers know. */
+/* Is B a half-space? Do A and B move under impulses? How many friction rows are there? Of what a program
+   does without compilers know. */
 static int ecp_i_on_plane(const ecp_i_pair *c) { return !ECP_I_PAIRS || c->plane; }
 static int ecp_i_moves_a(const ecp_i_pair *c) { return !ECP_I_PAIRS || c->ma->dynamic; }
 static int ecp_i_moves_b(const ecp_i_pair *c) { return ECP_I_PAIRS && c->mb->dynamic; }
 static int ecp_i_nf(const ecp_i_pair *c) { return ECP_I_FRICTION ? c->nf : 0; }
-static ecp_real ecp_i_compliance(const ecp_i_pair *c)
-{
-    return ECP_I_DAMPING ? c->compliance : ECP_R(0);
-}
 
 /* how many bodies a patch can move */
 #define ECP_I_MOVERS (1 + ECP_I_PAIRS)
@@ -4239,7 +4233,7 @@ static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_slopes *s, co
     ecp_real dz[3], along = 0, d_radius, d_outer;
     int k, ld = c->columns;
     for (k = 0; k < ecp_i_nf(c); k++) {
-        ecp_real give = (c->give + ecp_i_compliance(c)) * t->p[1 + k];
+        ecp_real give = (c->give + c->compliance) * t->p[1 + k];
         dz[k] = t->p[1 + k] - c->rho * (c->e[k] * dw[k] / c->V + give);
     }
     if (!s->slips) {
@@ -4297,7 +4291,7 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i
     }
     if (!moves && !pushes) return;
     column[ld * row++] =
-        s->p * t->p[0] + s->d * (d / (h * c->V) + (c->give + ecp_i_compliance(c)) * t->p[0]);
+        s->p * t->p[0] + s->d * (d / (h * c->V) + (c->give + c->compliance) * t->p[0]);
     if (moves && ecp_i_nf(c) > 0) {
         dw[0] = ecp_i_dot(c->t, t->v);
         dw[1] = ecp_i_dot(c->o, t->v);
@@ -4431,11 +4425,11 @@ static void ecp_i_change_tilt(const ecp_i_pair *c, const ecp_real da[3], ecp_i_c
 {
     ecp_real turned[3], local[3];
     if (ecp_i_on_plane(c)) {
-        ecp_i_axpy(t->rows, ecp_i_compliance(c), da, t->rows);
+        ecp_i_axpy(t->rows, c->compliance, da, t->rows);
     } else {
         ecp_i_mul(c->Qa, da, turned);
         ecp_i_mul_t(c->Qb, turned, local);
-        ecp_i_axpy(t->rows, ecp_i_compliance(c), local, t->rows);
+        ecp_i_axpy(t->rows, c->compliance, local, t->rows);
     }
 }
 
@@ -4483,7 +4477,7 @@ static void ecp_i_block_columns(ecp_i_pair *c, const ecp_i_slopes *s, ecp_real h
         unit[k] = 1;
         ECPSIM_MEMSET(&t, 0, sizeof t);
         ecp_i_change_ecp(c, unit, &t);
-        if (ecp_i_compliance(c) > 0) ecp_i_change_tilt(c, unit, &t);
+        if (c->compliance > 0) ecp_i_change_tilt(c, unit, &t);
         ecp_i_column(c, s, &t, h, c->block + column);
         for (i = 0; i < c->kl; i++) {
             int j = c->active_a[i];
@@ -5824,15 +5818,14 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
         if (!(t > 0)) {
             /* back to the last point; it may be one that will do */
             s.error = p->residual(p->self, z, relax, p->F);
-            if (!ECP_I_DAMPING || above <= tolerance || s.compliance >= ECP_I_MOST_COMPLIANCE) {
+            if (above <= tolerance || s.compliance >= ECP_I_MOST_COMPLIANCE)
                 return above <= tolerance;
-            }
             most = ECP_I_DAMPED_LIMIT * limit;
             s.compliance = s.compliance > 0 ? 10 * s.compliance : ECP_I_FIRST_COMPLIANCE;
             continue;
         }
         if (t < 1 || s.compliance > 0) s.before = s.older = 0;
-        if (ECP_I_DAMPING && s.error > tolerance && s.compliance > 0 && 2 * s.error > above &&
+        if (s.error > tolerance && s.compliance > 0 && 2 * s.error > above &&
             above < ECP_I_STALLED) {
             ecp_i_take_stride(p, z, relax, &s, effort);
             above = 2 * s.error;
@@ -7090,7 +7083,7 @@ static void ecp_i_carve_pair(ecp_i_arena *arena, int nl, int nm, ecp_i_pair *c)
 static void ecp_i_carve_vectors(ecp_i_arena *arena, int unknowns, ecp_real *vectors[6])
 {
     int k;
-    vectors[0] = ecp_i_take_reals(arena, unknowns, 5 + ECP_I_DAMPING);
+    vectors[0] = ecp_i_take_reals(arena, unknowns, 6);
     for (k = 1; k < 6; k++) vectors[k] = vectors[0] ? vectors[k - 1] + unknowns : NULL;
 }
 

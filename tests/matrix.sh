@@ -220,6 +220,8 @@ for cc in gcc clang; do
     # shellcheck disable=SC2086
     reals $cc -std=c99 -O1 -DECPSIM_NO_PAIRS $contract $strict
     # shellcheck disable=SC2086
+    reals $cc -std=c99 -O1 -DECPSIM_NO_PAIRS -DECPSIM_NO_SLEEP -DECPSIM_NO_CENTRING $contract $strict
+    # shellcheck disable=SC2086
     reals $cc -std=c99 -O1 -DECPSIM_FALLBACKS=ECP_FALLBACK_GEOMETRIC $contract $strict
     lto=-flto
     [ $cc = gcc ] && lto=-flto=2 # without a number it warns that it takes one, and with 1 that there are more parts

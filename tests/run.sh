@@ -387,8 +387,16 @@ test_without() {
     for real in -UECPSIM_FLOAT -DECPSIM_FLOAT; do
         # shellcheck disable=SC2086
         check "what is left out $real" "$cc" -std=c99 -O1 $warn -DECPSIM_NO_PAIRS -DECPSIM_FALLBACKS=0 \
-            $real tests/without.c -o "$out/without" -lm
+            $contract $real tests/without.c -o "$out/without" -lm
         check "and what is not $real" "$out/without"
+        "$out/without" >"$out/without.some"
+        # shellcheck disable=SC2086
+        check "all that can be left out $real" "$cc" -std=c99 -O1 $warn -DECPSIM_NO_PAIRS \
+            -DECPSIM_FALLBACKS=0 -DECPSIM_NO_FRICTION -DECPSIM_NO_SLEEP -DECPSIM_NO_CENTRING \
+            $contract $real tests/without.c -o "$out/without" -lm
+        check "and what is not $real" "$out/without"
+        "$out/without" >"$out/without.all"
+        check "the bits of balls without it $real" cmp "$out/without.some" "$out/without.all"
     done
 }
 

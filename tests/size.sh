@@ -65,7 +65,7 @@ measure() {
     BALL | BOX | TABLE) without='-DECPSIM_NO_PAIRS -DECPSIM_NO_SLEEP -DECPSIM_FALLBACKS=0' ;;
     esac
     case $scene in
-    BALL) without="$without -DECPSIM_NO_FRICTION -DECPSIM_NO_CENTRING -DECPSIM_NO_DAMPING" ;;
+    BALL) without="$without -DECPSIM_NO_FRICTION -DECPSIM_NO_CENTRING" ;;
     esac
     # shellcheck disable=SC2086
     image "$target-$scene" "$@" $without -DSCENE="$scene" || return
@@ -111,22 +111,23 @@ macros() {
     macro -DECPSIM_NO_FRICTION
     macro -DECPSIM_NO_SLEEP
     macro -DECPSIM_NO_CENTRING
-    macro -DECPSIM_NO_DAMPING
     macro '-DECPSIM_FALLBACKS=(31&~ECP_FALLBACK_SUBSTEPS)'
     macro -DECPSIM_FALLBACKS=ECP_FALLBACK_GEOMETRIC
     macro -DECPSIM_FALLBACKS=0
     macro '-DECPSIM_NO_PAIRS -DECPSIM_NO_SLEEP -DECPSIM_FALLBACKS=0'
 }
 
-# limit WHAT VALUE BAR LIMIT: of arm-none-eabi-gcc 12.2.1; another one gets a tenth more before it fails
+# limit WHAT VALUE BAR LIMIT: the limit is for arm-none-eabi-gcc 12.2.1; another version gets a tenth more
 limit() {
+    most=$4
+    [ "$("$arm" -dumpversion)" = 12.2.1 ] || most=$(($4 * 11 / 10))
     verdict=reached
     [ "$2" -le "$3" ] || verdict='not reached'
-    if [ "$2" -gt "$4" ]; then
+    if [ "$2" -gt "$most" ]; then
         verdict="$verdict, and GROWN"
         failed=$((failed + 1))
     fi
-    printf '  %-24s %6s   bar %6s   limit %6s   %s\n' "$1" "$2" "$3" "$4" "$verdict"
+    printf '  %-24s %6s   bar %6s   limit %6s   %s\n' "$1" "$2" "$3" "$most" "$verdict"
 }
 
 scenes='BALL BOX TABLE BOX_ON_BOX EVERYTHING'
@@ -142,9 +143,9 @@ if command -v "$arm" >/dev/null && command -v qemu-system-arm >/dev/null; then
         no_doubles "$out/arm-$scene" || failed=$((failed + 1))
     done
     macros
-    limit 'flash, ball' "${flash_arm_BALL:-999999}" 12000 LBALL
-    limit 'flash, table' "${flash_arm_TABLE:-999999}" 20000 LTABLE
-    limit 'RAM, table' "${ram_arm_TABLE:-999999}" 8000 LRAM
+    limit 'flash, ball' "${flash_arm_BALL:-999999}" 12000 26600
+    limit 'flash, table' "${flash_arm_TABLE:-999999}" 20000 30000
+    limit 'RAM, table' "${ram_arm_TABLE:-999999}" 8000 13500
 else
     echo "skipped: Cortex-M4F, no $arm or no qemu-system-arm"
 fi

@@ -5702,11 +5702,9 @@ static ecp_real ecp_i_content(ecp_real tolerance)
 #define ECP_I_STRIDE_MERIT ECP_R(1e-4)
 
 /* a search in progress: the last merits; what the last residual was, before and after its rounding floor
-   was taken off; the former before the last full step, and before the one that led to it (0: not full);
-   the compliance; the length of the last stride, and what it was to mend */
+   was taken off; the compliance; the length of the last stride, and what it was to mend */
 typedef struct ecp_i_search {
-    ecp_real merits[ECP_I_MEMORY], slack, merit, largest, error, before, older, fine, compliance,
-        stride, miss;
+    ecp_real merits[ECP_I_MEMORY], slack, merit, largest, error, fine, compliance, stride, miss;
 } ecp_i_search;
 
 /* the residual at z + t dz, which p->trial becomes */
@@ -5769,21 +5767,11 @@ static void ecp_i_take_stride(const ecp_i_problem *p, const ecp_real *z, ecp_rea
     ECPSIM_MEMCPY(p->drift, p->dz, (size_t)p->n * sizeof(ecp_real));
 }
 
-/* what a linear solve may add to a residual that it is to make zero, as part of it */
-#define ECP_I_SOLVE_ERROR (ECP_R(1e6) * ECP_I_EPSILON)
-
-/* Are all rows at rounding, so that another iteration would only stir it? They are if they are small, or
-   if they would do without their rounding floors and the last full step was to make them small by the rate
-   of the one before it, e' = e (e / e_older)^2. */
+/* are all rows at rounding, so that another iteration would only stir it? */
 static int ecp_i_at_rounding(const ecp_i_search *s, ecp_real tolerance)
 {
-    ecp_real aim = ecp_i_aim(tolerance), rate;
-    if (s->largest <= aim) return 1;
-    if (s->error > aim) return 0;
-    if (s->largest <= ecp_i_content(tolerance) / 8) return 1;
-    if (s->largest > tolerance || !(s->older > 0)) return 0;
-    rate = s->before / s->older;
-    return s->before * ecp_i_max(rate * rate, ECP_I_SOLVE_ERROR) <= aim;
+    if (s->largest <= ecp_i_aim(tolerance)) return 1;
+    return s->error <= ecp_i_aim(tolerance) && s->largest <= ecp_i_content(tolerance) / 8;
 }
 
 /* Newton from z, with a line search on |F|^2 / 2. A step of which the line search takes next to nothing
@@ -5800,7 +5788,6 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     s.error = p->residual(p->self, z, relax, p->F);
     effort->evaluations++;
     s.largest = ecp_i_largest(p->n, p->F);
-    s.before = s.older = 0;
     if (ecp_i_at_rounding(&s, tolerance)) return 1;
     if (warm && s.error <= ecp_i_content(tolerance)) return 1;
     for (k = 0; k < ECP_I_MEMORY; k++) s.merits[k] = ecp_i_merit(p->n, p->F);
@@ -5812,8 +5799,6 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
         effort->iterations++;
         before = s.largest;
         above = s.error;
-        s.older = s.before;
-        s.before = before;
         t = ecp_i_line_search(p, z, tolerance, relax, &s, effort);
         if (!(t > 0)) {
             /* back to the last point; it may be one that will do */
@@ -5824,7 +5809,6 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             s.compliance = s.compliance > 0 ? 10 * s.compliance : ECP_I_FIRST_COMPLIANCE;
             continue;
         }
-        if (t < 1 || s.compliance > 0) s.before = s.older = 0;
         if (s.error > tolerance && s.compliance > 0 && 2 * s.error > above &&
             above < ECP_I_STALLED) {
             ecp_i_take_stride(p, z, relax, &s, effort);

@@ -8252,6 +8252,11 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     }
     step->r->merit += merit / 2;
     step->r->natural_residual = natural;
+    if (solved && !ecp_i_finite(merit)) {
+        /* near overflow rounding floors let anything pass */
+        solved = 0;
+        error = ecp_i_largest(p.n, p.F);
+    }
     if (!solved) {
         return ecp_i_fail(step->r, ECP_NOT_SOLVED, label, s.pairs[0]->shape_a, s.pairs[0]->shape_b,
                           error, step->o->tolerance);

@@ -177,8 +177,8 @@
    x86-64, 32-bit x86 with SSE2, ARM under qemu and WebAssembly.
 
    LIMITS
-   A step is first order in h, like every time-stepping scheme of this kind; impacts do not bounce. Two thin bodies
-   that pass each other entirely within one step are not seen. A cone's tip is a disc of 1e-5
+   A step is first order in h, like every time-stepping scheme of this kind; impacts do not bounce.
+   Two thin bodies that pass each other entirely within one step are not seen. A cone's tip is a disc of 1e-5
    of its size. With several contacts the impulses are one solution of many. Where a body turns far
    within a step its gyroscopic moment is taken at the end of the step, not at the beginning.
 
@@ -817,8 +817,8 @@ ECP_DEF ecp_status ecp_contact_get(const ecp_world *world, int index, ecp_contac
    that makes the same world in malloced memory (*world, to be freed by the caller), with all that the
    step depends on and bit for bit, does the step, and returns its status. It belongs in a unit that
    has the implementation of this header, of the same version and the same real type, <stdlib.h> and
-   <string.h>; C99 and C++11 take it. Numbers are decimal, with as many digits as the real type needs to come back
-   by a compiler that rounds correctly, as all usual ones do.
+   <string.h>; C99 and C++11 take it. Numbers are decimal, with as many digits as the real type needs
+   to come back by a compiler that rounds correctly, as all usual ones do.
 
    A class of the caller's own (ecp_shape_convex) cannot be written. The source then compiles all the
    same, says where the class is missing, and returns ECP_BAD_KIND before the step; and so does
@@ -3555,10 +3555,9 @@ typedef struct ecp_i_motion {
     ecp_real load;               /* its mass and what it carries, on these patches together */
     struct ecp_i_pair *rests_on; /* the first of the patches that carry it, by next_below */
     struct ecp_i_motion *next_ready;
-    ecp_real R0[9];      /* rotation at the beginning of the step */
-    ecp_real inertia[9]; /* about the centre of mass, world axes, beginning of the step */
-    ecp_real
-        root[9]; /* the factor of body->inertia, of ecp_i_root, once it is needed; zero before */
+    ecp_real R0[9];               /* rotation at the beginning of the step */
+    ecp_real inertia[9];          /* about the centre of mass, world axes, beginning of the step */
+    ecp_real root[9];             /* ecp_i_root of body->inertia, once it is needed; zero before */
     ecp_real whole[6];            /* p_app + p_vp of equ:discrete_NE */
     ecp_real kick[6];             /* what the equations take of it; all, but for ecp_i_ramp */
     ecp_real free[6];             /* the velocity change without contacts, M^-1 kick */
@@ -7926,8 +7925,8 @@ static void ecp_i_aside(const ecp_i_pair *c, int k, ecp_real a[3])
 #define ECP_I_STARTS ((ECPSIM_FALLBACKS) & ~ECP_FALLBACK_SUBSTEPS ? 10 : 0)
 
 /* Start k: the patches warm (0), geometric (1), from several points each (2), geometric for the pose
-   that a part of the free motion leads to (3 to 6), or geometric with the ECPs to one side (7 to 10). The warm start's velocities
-   balance its impulses (a patch without a history knows its load but not where it acts, and gets no
+   that a part of the free motion leads to (3 to 6), or geometric with the ECPs to one side (7 to 10).
+   The warm start's velocities balance its impulses (a patch without a history knows its load but not where it acts, and gets no
    moment); those that are nothing but the rounding of that balance, or that the rounding floors of the
    patches would let pass, are zero instead, or they would add up to a drift, or come and go in turn
    with the impulse that takes them back. */
@@ -8447,7 +8446,8 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
 
 /* The step in shorter ones, which grow by 2 where they succeed and shrink by 4 where they fail, so
    that the instant that makes trouble is passed in a short one; only the shortest take the dearer
-   fallbacks. Forces act in all of them, impulses in the first. The state before is kept at the end of the block. */
+   fallbacks. Forces act in all of them, impulses in the first. The state before is kept at the end of
+   the block. */
 static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_options *o,
                                       size_t spare, ecp_report *r)
 {

@@ -846,7 +846,7 @@ typedef struct ecp_advance_options {
                             (rad); in velocities tolerance times the largest of |v|, L |w| and
                             sqrt(|g| L) */
     ecp_real macro_step; /* 0: chosen. Else this pace is kept (the last one is shorter), with
-                            `order` and without a look at the tolerance, s */
+                            `order`, and the tolerance is only the unit of the error reported, s */
     int order;           /* the highest, from 2 to ecp_world_desc.advance_order; 0: that one */
     int max_solves;      /* base steps, after which it fails with ECP_NOT_SOLVED; 0: no limit */
     ecp_real time;       /* at the beginning, for `load`, s */
@@ -8363,11 +8363,17 @@ static ecp_status ecp_i_commit(ecp_i_step *s)
     for (i = 0; i < w->bodies; i++) {
         const ecp_i_motion *m = s->motions + i;
         if (bodies[i].kind == ECP_STATIC || bodies[i].kind == ECP_I_FREE) continue;
-        if (!ecp_i_all_finite(6, m->v) || !ecp_i_all_finite(3, m->dx) ||
-            !ecp_i_all_finite(9, m->R)) {
+        if (!ecp_i_all_finite(6, m->v) || !ecp_i_all_finite(9, m->R)) {
             return ecp_i_fail(s->r, ECP_NOT_FINITE, i, -1, -1, m->v[0], 0);
         }
         if (ecp_i_check_turn(s, i, m->v + 3) != ECP_OK) return ECP_NOT_FINITE;
+        /* two finite numbers may have no finite sum */
+        for (k = 0; k < 6; k++) {
+            ecp_real x = k < 3 ? bodies[i].x[k] + (bodies[i].x_carry[k] + m->dx[k]) : ECP_R(0);
+            ecp_real v = bodies[i].v[k] + (bodies[i].v_carry[k] + m->dv[k]);
+            if (ecp_i_finite(x) && ecp_i_finite(v)) continue;
+            return ecp_i_fail(s->r, ECP_NOT_FINITE, i, -1, -1, ecp_i_finite(x) ? v : x, 0);
+        }
     }
     for (i = 0; i < w->bodies; i++) {
         const ecp_i_motion *m = s->motions + i;
@@ -9740,7 +9746,7 @@ static ecp_real ecp_i_hunt(ecp_i_advance *a, ecp_real H, ecp_real least)
 static void ecp_i_accept(ecp_i_advance *a, int passed, int order, ecp_real error, ecp_real duration)
 {
     int rest = !passed && ecp_i_at_rest(a);
-    a->r->error = ecp_i_max(a->r->error, error);
+    ecp_i_worst(&a->r->error, error);
     a->r->first_order += passed;
     a->r->forced += passed && error > 1;
     a->r->events += passed || a->impact || a->brief;
@@ -9976,8 +9982,8 @@ static ecp_status ecp_i_check_advance(const ecp_world *w, ecp_real duration,
         return ECP_BAD_OPTION;
     }
     if (o->order > w->desc.advance_order) return ECP_CAPACITY;
-    if (o->macro_step > 0) return ECP_OK;
     if (!(o->tolerance > 0)) return ECP_BAD_OPTION;
+    if (o->macro_step > 0) return ECP_OK;
     /* rounding: of the base steps' equations, and of gaps as differences of positions */
     if (o->tolerance < 16 * step->tolerance) return ECP_TOLERANCE;
     for (i = 0; i < w->bodies; i++) {
@@ -10022,6 +10028,13 @@ ECP_DEF ecp_status ecp_advance(ecp_world *world, ecp_real duration,
     r.status =
         a.o.macro_step > 0 ? ecp_i_advance_paced(&a, duration) : ecp_i_advance_to(&a, duration);
     world->printed_moment = 0;
+    /* near overflow: an error that no one knows, or a state that is no number */
+    if (r.status == ECP_OK && r.error != r.error) r.status = ECP_NOT_FINITE;
+    for (i = 0; r.status == ECP_OK && i < world->bodies; i++) {
+        const ecp_i_body *b = ecp_i_bodies(world) + i;
+        if (!ecp_i_all_finite(3, b->x) || !ecp_i_all_finite(4, b->q) || !ecp_i_all_finite(6, b->v))
+            r.status = ECP_NOT_FINITE;
+    }
     if (r.status != ECP_OK) ECPSIM_MEMCPY(world, a.first, world->state_bytes);
     for (i = 0; r.status == ECP_OK && i < world->bodies; i++) {
         ecp_i_body *b = ecp_i_bodies(world) + i;

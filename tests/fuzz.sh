@@ -2,15 +2,18 @@
 # Hostile use of the public API (tests/fuzz/target.c) under the address and undefined-behaviour
 # sanitizers, in double and in float.
 #
-#   tests/fuzz.sh quick   a minute (make fuzz-quick)
-#   tests/fuzz.sh         until FUZZ_CALLS calls (10,000,000) are made, a line every two minutes, ^C ends it; what
-#                         it has learnt stays in build/fuzz/corpus and is where the next run goes on (make fuzz)
+#   tests/fuzz.sh quick   a minute of random changes to tests/fuzz/corpus, the same on every machine: what is
+#                         said of a commit is not to depend on luck (make fuzz-quick)
+#   tests/fuzz.sh         libFuzzer, and random changes to what it has learnt, until FUZZ_CALLS calls (10,000,000)
+#                         are made; a line every few minutes, ^C ends it; what it has learnt stays in
+#                         build/fuzz/corpus and is where the next run goes on (make fuzz)
 #   tests/fuzz.sh afl     AFL++ for FUZZ_SECONDS (600), from the same corpus (make fuzz-afl)
 #   tests/fuzz.sh replay  tests/fuzz/corpus and what build/fuzz/corpus has, once, with gcc or clang and
 #                         its sanitizers, and with the memory sanitizer of clang or valgrind for reads of
 #                         what nobody wrote (part of make test)
 #
-# What is found is build/fuzz/crash-..., timeout-... or slow-unit-...; `build/fuzz/double FILE` shows it again.
+# What is found is build/fuzz/crash-..., timeout-..., slow-unit-... or last-...; `build/fuzz/double FILE` and
+# `build/fuzz/replay-double FILE` show it again.
 # When it is mended the file goes to tests/fuzz/corpus, under the name of what was wrong.
 root=$(pwd)
 out=$root/build/fuzz
@@ -33,30 +36,49 @@ build() {
 fuzzer() { build "$1" clang -O2 "$(real "$1")" -fsanitize=fuzzer,address,undefined \
     -fno-sanitize-recover=all tests/fuzz/target.c; }
 
-# round REAL SECONDS: adds to calls
+# result LOG STATUS: adds to calls and failed
+result() {
+    made=$(sed -n 's/^fuzz: calls=\([0-9]*\) .*/\1/p' "$1" | tail -n 1)
+    calls=$((calls + ${made:-0}))
+    [ "$2" -eq 0 ] && return
+    failed=$((failed + 1))
+    grep -E 'broken|ERROR|runtime error|Test unit' "$1" | head -n 4
+}
+
+# round REAL SECONDS: of libFuzzer
 round() {
     (cd "$out" && exec "./$1" -max_total_time="$2" -timeout=60 -report_slow_units=60 -max_len=600 -verbosity=0 \
         corpus "$root/tests/fuzz/corpus") >"$out/$1.log" 2>&1
-    status=$?
-    made=$(sed -n 's/^fuzz: calls=\([0-9]*\) .*/\1/p' "$out/$1.log" | tail -n 1)
-    calls=$((calls + ${made:-0}))
-    if [ $status -ne 0 ]; then
-        failed=$((failed + 1))
-        grep -E 'broken|ERROR|runtime error|Test unit' "$out/$1.log" | head -n 4
-    fi
+    result "$out/$1.log" $?
+}
+
+# mutate REAL ROUNDS SEED FILES...: random changes, by the plain program
+mutate() {
+    name=$1 rounds=$2 seed=$3
+    shift 3
+    "$out/replay-$name" -mutate "$rounds" "$seed" "$out/last-$name" "$@" >"$out/$name.log" 2>&1
+    code=$?
+    result "$out/$name.log" $code
+    [ $code -eq 0 ] || echo "the input is build/fuzz/last-$name"
+}
+
+# the plain program, with the sanitizers of gcc or clang
+replayer() {
+    for cc in gcc clang; do
+        command -v $cc >/dev/null || continue
+        echo 'int main(void) { return 0; }' >"$out/empty.c"
+        $cc -fsanitize=address,undefined "$out/empty.c" -o "$out/empty" 2>/dev/null || continue
+        build "replay-$1" $cc -O2 "$(real "$1")" -fsanitize=address,undefined \
+            -fno-sanitize-recover=all tests/fuzz/replay.c
+        return
+    done
+    build "replay-$1" "${CC:-cc}" -O2 "$(real "$1")" tests/fuzz/replay.c
 }
 
 # every file of the corpora through a plain program
 replay() {
     for name in double float; do
-        for cc in gcc clang; do
-            command -v $cc >/dev/null || continue
-            echo 'int main(void) { return 0; }' >"$out/empty.c"
-            $cc -fsanitize=address,undefined "$out/empty.c" -o "$out/empty" 2>/dev/null || continue
-            build "replay-$name" $cc -O1 "$(real $name)" -fsanitize=address,undefined \
-                -fno-sanitize-recover=all tests/fuzz/replay.c || failed=$((failed + 1))
-            break
-        done
+        replayer $name || failed=$((failed + 1))
         "$out/replay-$name" tests/fuzz/corpus/* $(find "$out/corpus" -type f | sort | head -n 2000) \
             >"$out/replay.log" 2>&1 || { failed=$((failed + 1)); tail -n 20 "$out/replay.log"; }
         sed -n 's/^fuzz: /replay: /p' "$out/replay.log"
@@ -78,20 +100,28 @@ replay() {
 
 case ${1:-long} in
 replay) replay ;;
-quick | long)
+quick)
     for name in double float; do
+        replayer $name || exit 1
+        mutate $name "${FUZZ_ROUNDS:-40000}" 1 tests/fuzz/corpus/*
+    done
+    echo "fuzz: calls=$calls failures=$failed"
+    ;;
+long)
+    for name in double float; do
+        replayer $name || exit 1
         fuzzer $name || { echo "skipped: fuzzing, clang has no libFuzzer"; exit 0; }
     done
-    if [ "$1" = quick ]; then
-        round double 30
-        round float 30
-    else
-        while [ $failed -eq 0 ] && [ $calls -lt "${FUZZ_CALLS:-10000000}" ]; do
-            round double "${FUZZ_ROUND:-60}"
-            [ $failed -eq 0 ] && round float "${FUZZ_ROUND:-60}"
-            echo "calls=$calls corpus=$(find "$out/corpus" -type f | wc -l) $(date +%H:%M:%S)"
+    seed=1
+    while [ $failed -eq 0 ] && [ $calls -lt "${FUZZ_CALLS:-10000000}" ]; do
+        for name in double float; do
+            [ $failed -eq 0 ] && round $name "${FUZZ_ROUND:-60}"
+            # shellcheck disable=SC2046
+            [ $failed -eq 0 ] && mutate $name "${FUZZ_ROUNDS:-60000}" $((seed += 1)) tests/fuzz/corpus/* \
+                $(find "$out/corpus" -type f | sort | head -n 4000)
         done
-    fi
+        echo "calls=$calls corpus=$(find "$out/corpus" -type f | wc -l) $(date +%H:%M:%S)"
+    done
     echo "fuzz: calls=$calls failures=$failed"
     ;;
 afl)

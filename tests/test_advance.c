@@ -167,7 +167,10 @@ static void advance_refuses(void)
     o = ecp_advance_options_default();
     o.macro_step = -1;
     CHECK(ecp_advance(w, 1, &o, NULL) == ECP_BAD_OPTION);
-    o.macro_step = 0;
+    o.macro_step = ECP_R(0.1);
+    o.tolerance = 0; /* the unit of the error that is reported */
+    CHECK(ecp_advance(w, 1, &o, NULL) == ECP_BAD_OPTION);
+    o = ecp_advance_options_default();
     /* a limit that is reached on the way */
     o.max_solves = 5;
     CHECK(ecp_advance(w, 1, &o, &r) == ECP_NOT_SOLVED && r.solves >= 5 && r.reached < 1);

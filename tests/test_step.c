@@ -348,6 +348,54 @@ static void test_step_report(void)
     }
 }
 
+/* ---- a state that is no number
+
+   Numbers that are finite may have no finite sum: where a body would go has none, and so the step
+   fails. In the paths of ecp_step and of ecp_advance, for bodies that are driven and that are free. */
+static void test_step_overflows(void)
+{
+    const ecp_real big = ECP_R(test_by(1.5e308, 3e38));
+    int k;
+    for (k = 0; k < 6; k++) {
+        static const ecp_body_kind kinds[2] = {ECP_KINEMATIC, ECP_DYNAMIC};
+        ecp_world_desc d = ecp_world_desc_default();
+        ecp_body_desc b = ecp_body_desc_default();
+        ecp_advance_options o = ecp_advance_options_default();
+        ecp_real far[3] = {big, 0, 0};
+        ecp_world *world, *before;
+        ecp_report r;
+        int body;
+        d.advance_order = 2;
+        d.gravity[2] = 0;
+        world = test_world(&d);
+        b.kind = kinds[k % 2];
+        b.mass = b.inertia[0] = b.inertia[4] = b.inertia[8] = 1;
+        if (k / 2 != 1) b.position[0] = big; /* where it is, and how far it goes in a step */
+        if (k / 2 != 2) b.velocity[0] = k / 2 == 0 ? big : big / 2;
+        CHECK(ecp_body_add(world, &b, &body) == ECP_OK);
+        before = test_copy_world(world);
+        if (k / 2 == 0) {
+            CHECK(ecp_step(world, 1, NULL, &r) == ECP_NOT_FINITE && r.body == body);
+            CHECK(memcmp(before, world, world->bytes) == 0);
+            o.macro_step = 1;
+            CHECK(ecp_advance(world, 1, &o, NULL) != ECP_OK);
+        } else if (k / 2 == 1) { /* it gets there in the third step */
+            CHECK(ecp_step(world, 1, NULL, NULL) == ECP_OK);
+            CHECK(ecp_step(world, 1, NULL, NULL) == ECP_OK);
+            memcpy(before, world, world->bytes);
+            CHECK(ecp_step(world, 1, NULL, &r) == ECP_NOT_FINITE && r.body == body);
+        } else if (b.kind == ECP_DYNAMIC) { /* the velocity */
+            CHECK(ecp_body_apply_impulse(world, body, far, NULL) == ECP_OK);
+            CHECK(ecp_body_set_state(world, body, NULL, NULL, far, NULL) == ECP_OK);
+            memcpy(before, world, world->bytes);
+            CHECK(ecp_step(world, ECP_R(1e-3), NULL, &r) == ECP_NOT_FINITE && r.body == body);
+        }
+        CHECK(memcmp(before, world, world->bytes) == 0);
+        free(before);
+        free(world);
+    }
+}
+
 /* ---- a step that fails changes nothing */
 
 /* a box that comes down on an edge, spinning: not solved without an iteration or two */
@@ -1379,6 +1427,7 @@ static void test_step(void)
     test_step_guess_stays();
     test_step_report();
     test_step_failure();
+    test_step_overflows();
     test_step_bits();
     test_step_far();
     test_step_creep();

@@ -126,6 +126,7 @@ static int begin(machine *m, input *in)
     unsigned char *p;
     ecp_world *w = NULL;
     ecp_status status;
+    unsigned more;
     memset(m, 0, sizeof *m);
     d.max_bodies = 1 + (int)take(in) % 5;
     d.max_shapes = 1 + (int)take(in) % 8;
@@ -133,7 +134,9 @@ static int begin(machine *m, input *in)
     d.max_inequalities = 1 + (int)take(in) % 14;
     if (take(in) % 4 == 0) numbers(in, 3, d.gravity);
     if (take(in) % 8 == 0) d.solver_bytes = 8 * (size_t)take(in);
-    if (take(in) % 32 == 0) d.max_patches = (int)take(in) * 8421504;
+    more = take(in);
+    if (more % 32 == 0) d.max_patches = (int)take(in) * 8421504;
+    if (more % 4 == 1) d.advance_order = 2 + (int)more / 4 % 5;
     m->bytes = ecp_world_memsize(&d);
     if (m->bytes == 0 || m->bytes > 4000000) return 0;
     p = (unsigned char *)malloc(m->bytes - 1);
@@ -294,6 +297,30 @@ static void step(machine *m, input *in)
     calls += 2;
 }
 
+/* the world to a time, with few base steps: how many it takes is the caller's business */
+static void advance(machine *m, input *in)
+{
+    static const double durations[8] = {0.01, 0.05, 0.1, 0.3, 1, 1e-3, 1e-5, 0};
+    ecp_advance_options o = ecp_advance_options_default();
+    ecp_options step = ecp_options_default();
+    unsigned how = take(in);
+    ecp_real duration = (ecp_real)durations[how % 8];
+    ecp_advance_report r;
+    ecp_status status;
+    if (how > 250) duration = number(in);
+    if (how & 8) o.macro_step = size(in);
+    if (how & 16) o.tolerance = size(in) * ECP_R(0.01);
+    if (how & 32) o.order = (int)take(in) % 8;
+    o.max_solves = 1 + (int)(how >> 6) * 4;
+    step.max_iterations = 8;
+    step.max_total_iterations = 30;
+    o.step = &step;
+    status = ecp_advance(m->world, duration, &o, &r);
+    REQUIRE(status == r.status);
+    if (status == ECP_OK) REQUIRE(r.reached == duration && r.error == r.error);
+    after(m, status);
+}
+
 static void other(machine *m, input *in)
 {
     unsigned which = take(in);
@@ -335,7 +362,12 @@ static void other(machine *m, input *in)
         break;
     case 9: after(m, ecp_shape_set_filter(w, j, take(in), take(in))); break;
     case 10: after(m, ecp_shape_get(w, j, &s, &i, v, NULL)); break;
-    default: /* what has no world */
+    default:
+        if (which & 64) {
+            advance(m, in);
+            break;
+        }
+        /* what has no world */
         calls += 2;
         REQUIRE(ecp_step(NULL, 1, NULL, NULL) == ECP_BAD_POINTER);
         REQUIRE(ecp_step(w, 0, NULL, NULL) == ECP_BAD_STEP);

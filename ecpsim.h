@@ -884,8 +884,8 @@ typedef struct ecp_advance_report {
    On any status but ECP_OK the whole block is bit for bit as it was: ECP_CAPACITY where the
    description has not this order, ECP_TOLERANCE where the tolerance is below what rounding leaves (16
    times that of the base steps, or 64 rounding units of the distance from the origin over L),
-   ECP_BAD_STEP for a negative duration, ECP_BAD_OPTION (also within its own callback), ECP_NOT_FINITE,
-   and those of ecp_step. */
+   ECP_BAD_STEP for a negative duration or a pace that is nothing beside it, ECP_BAD_OPTION (also
+   within its own callback), ECP_NOT_FINITE, and those of ecp_step. */
 ECP_DEF ecp_status ecp_advance(ecp_world *world, ecp_real duration,
                                const ecp_advance_options *options, ecp_advance_report *report);
 
@@ -6266,16 +6266,18 @@ static ecp_real ecp_i_plane_gap(const ecp_i_posed *A, const ecp_i_posed *B, ecp_
 static void ecp_i_move_apart(const ecp_i_posed *A, ecp_i_posed *B, ecp_real at_a[3],
                              ecp_real at_b[3], ecp_real n[3])
 {
-    ecp_real apart[3], x[3], shift = ECP_R(1e-3) * ecp_i_min(A->shape->radius, B->shape->radius);
+    ecp_real apart[3], x[3], most = 4 * (A->shape->radius + B->shape->radius);
+    ecp_real shift = ECP_R(1e-3) * ecp_i_min(A->shape->radius, B->shape->radius);
     ecp_i_posed_centre(A, x);
     ecp_i_posed_centre(B, apart);
     ecp_i_sub(apart, x, apart);
     if (!ecp_i_normalise(apart)) ecp_i_set3(0, 0, 1, apart);
     ecp_i_copy3(B->x, x);
-    for (;; shift *= ECP_R(1.5)) {
+    /* less than rounding moves nothing, and nothing may have no end */
+    for (shift = ecp_i_max(shift, ECP_I_EPSILON * most);; shift *= ECP_R(1.5)) {
         ecp_i_axpy(x, shift, apart, B->x);
         if (ecp_i_distance(A, B, at_a, at_b, n) > 0) return;
-        if (shift > 4 * (A->shape->radius + B->shape->radius)) break;
+        if (!(shift < most)) break;
     }
     ecp_i_copy3(apart, n);
 }
@@ -9881,7 +9883,9 @@ static ecp_status ecp_i_advance_to(ecp_i_advance *a, ecp_real duration)
     ecp_status status = ECP_OK;
     while (a->t < duration) {
         ecp_i_outcome outcome;
-        ecp_real left = duration - a->t, least = ecp_i_floor(a, &patience);
+        /* (and no shorter than what is a step in time at all) */
+        ecp_real left = duration - a->t,
+                 least = ecp_i_max(ecp_i_floor(a, &patience), ECP_I_EPSILON * duration);
         int forced;
         if (a->o.max_solves > 0 && a->r->solves >= a->o.max_solves) return ECP_NOT_SOLVED;
         ECPSIM_MEMCPY(a->saved, a->w, a->w->state_bytes);
@@ -9983,7 +9987,7 @@ static ecp_status ecp_i_check_advance(const ecp_world *w, ecp_real duration,
     }
     if (o->order > w->desc.advance_order) return ECP_CAPACITY;
     if (!(o->tolerance > 0)) return ECP_BAD_OPTION;
-    if (o->macro_step > 0) return ECP_OK;
+    if (o->macro_step > 0) return o->macro_step > ECP_I_EPSILON * duration ? ECP_OK : ECP_BAD_STEP;
     /* rounding: of the base steps' equations, and of gaps as differences of positions */
     if (o->tolerance < 16 * step->tolerance) return ECP_TOLERANCE;
     for (i = 0; i < w->bodies; i++) {

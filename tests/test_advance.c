@@ -167,6 +167,8 @@ static void advance_refuses(void)
     o = ecp_advance_options_default();
     o.macro_step = -1;
     CHECK(ecp_advance(w, 1, &o, NULL) == ECP_BAD_OPTION);
+    o.macro_step = ECP_R(1e-30); /* nothing, beside a second */
+    CHECK(ecp_advance(w, 1, &o, NULL) == ECP_BAD_STEP);
     o.macro_step = ECP_R(0.1);
     o.tolerance = 0; /* the unit of the error that is reported */
     CHECK(ecp_advance(w, 1, &o, NULL) == ECP_BAD_OPTION);

@@ -3805,6 +3805,7 @@ typedef struct ecp_i_pair {
     ecp_real d;
     ecp_real d_floor, d_noise;     /* rounding error of the gap as a distance, and in its row */
     ecp_real n_noise;              /* and of the rows of the normal, from the last Newton step */
+    ecp_real strict;               /* how much more than for other rows the gap's residual counts */
     ecp_real v[3], spin[3];        /* of A relative to B at a */
     ecp_real force[3];             /* impulse on A */
     ecp_real p[4];                 /* p_n / P, y */
@@ -5395,7 +5396,7 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real re
             ecp_i_worst(&worst, ecp_i_abs(row[r]) - geometry - c->n_noise);
         }
         for (; r < gap; r++) ecp_i_worst(&worst, ecp_i_abs(row[r]) - geometry);
-        ecp_i_worst(&worst, ecp_i_abs(row[r++]) - c->d_noise / (s->h * c->V));
+        ecp_i_worst(&worst, c->strict * (ecp_i_abs(row[r++]) - c->d_noise / (s->h * c->V)));
         for (; r < c->count; r++) ecp_i_worst(&worst, ecp_i_abs(row[r]) - friction);
     }
     for (i = 0; i < s->body_count; i++) {
@@ -5813,7 +5814,11 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             ecp_i_take_stride(p, z, relax, &s, effort);
             above = 2 * s.error;
         } else if (s.error <= tolerance || 2 * s.error <= above) {
-            s.compliance = s.compliance < ECP_I_NO_COMPLIANCE ? ECP_R(0) : s.compliance / 4;
+            /* with the residual, where whole steps are taken, so that they become Newton's again */
+            ecp_real rest = t < 1 || 4 * s.error > above ? ECP_R(0.25) : s.error / above;
+            s.compliance = s.compliance < ECP_I_NO_COMPLIANCE
+                               ? ECP_R(0)
+                               : s.compliance * ecp_i_max(rest, ECP_R(0.02));
         } else if (s.error > 2 * above) {
             s.compliance *= 4;
         }
@@ -5824,7 +5829,10 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             (s.error <= ecp_i_aim(tolerance) || 2 * s.error > above)) {
             return 1;
         }
-        if (2 * s.error > above) s.fine = ecp_i_min(s.fine / 10, 100 * s.error);
+        /* (no finer than the residual, or what it has yet to bring calls for forces of its own) */
+        if (2 * s.error > above) {
+            s.fine = ecp_i_max(ecp_i_min(s.fine / 10, 100 * s.error), s.error / 10);
+        }
         s.merits[k % ECP_I_MEMORY] = s.merit;
     }
     return s.error <= tolerance;
@@ -7869,6 +7877,8 @@ static void ecp_i_island_units(ecp_i_island *s)
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         c->V = speed;
+        /* a gap is held to the tolerance times a thousand radii, however far points move in the step */
+        c->strict = ecp_i_max(1, s->h * speed / (1000 * c->a->shape.radius));
         c->L = c->carried->length;
         if (ecp_i_moves_a(c) && ecp_i_moves_b(c)) c->L = ecp_i_min(c->ma->length, c->mb->length);
         load = c->carried->load / (ecp_real)c->carried->loads;
@@ -8069,8 +8079,8 @@ static ecp_real ecp_i_centring_length(const ecp_i_island *s, const ecp_real *z, 
 static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_step *step,
                         ecp_real *z, ecp_real *best, ecp_i_effort *effort)
 {
-    ecp_real size, t, most = ecp_i_max(step->o->tolerance, ecp_i_largest(p->n, p->F));
-    int round, i, k;
+    ecp_real size, before = 0, t, most = ecp_i_max(step->o->tolerance, ecp_i_largest(p->n, p->F));
+    int round, i, k, idle = 0;
     for (round = 0; round < 20; round++) {
         ECPSIM_MEMCPY(best, z, (size_t)p->n * sizeof(ecp_real));
         s->centring = 1;
@@ -8082,6 +8092,9 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
             const ecp_i_pair *c = s->pairs[i];
             for (k = 0; k < 3; k++) size = ecp_i_max(size, ecp_i_abs(p->dz[c->at + k]));
         }
+        /* to and fro between two faces, or over an edge */
+        if (round > 0 && 2 * size > before && ++idle == 3) return 0;
+        before = size;
         t = ecp_i_centring_length(s, z, p->dz);
         for (i = 0; i < p->n; i++) z[i] += t * p->dz[i];
         if (ecp_i_newton(p, 0, step->o->tolerance, 10, 0, z, effort) &&
@@ -8321,7 +8334,8 @@ static ecp_status ecp_i_verify(ecp_i_step *s)
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs + i;
         ecp_real gap = c->record->contact.separation;
-        ecp_real limit = -c->d_floor - 4 * s->o->tolerance * (s->h * c->V + c->a->shape.radius);
+        ecp_real size = s->h * c->V / c->strict + c->a->shape.radius;
+        ecp_real limit = -c->d_floor - 4 * s->o->tolerance * size;
         if (i == 0 || gap < s->r->worst_gap) s->r->worst_gap = gap;
         if (c->ma->asleep || c->mb->asleep) continue; /* was verified when it fell asleep */
         if (!(gap >= limit)) {

@@ -5839,13 +5839,13 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
 }
 
 /* Follows the solution of the relaxed problem, in which complementarity is smoothed and contacts give
-   way, until it is hardly relaxed any more, then solves the true one. */
+   way, until that is far below the tolerance, then solves the true one. */
 static int ecp_i_continue(const ecp_i_problem *p, ecp_real tolerance, int limit, ecp_real *z,
                           ecp_i_effort *effort)
 {
     ecp_real relax;
     effort->fallbacks |= ECP_FALLBACK_CONTINUATION;
-    for (relax = 1; relax > ECP_R(1e-6); relax /= 4) {
+    for (relax = 1; relax > tolerance / 100; relax /= 4) {
         ecp_i_newton(p, 0, ecp_i_max(relax / 100, tolerance), limit, relax, z, effort);
         if (!ecp_i_all_finite(p->n, z)) return 0;
     }
@@ -5892,8 +5892,8 @@ static int ecp_i_attempt(const ecp_i_problem *p, int k, const ecp_options *o, ec
 }
 
 /* The chain of attempts: plain Newton from the warm and the two geometric starts; from the second of
-   these continuation in the smoothing and in the load; then the disturbed starts, by Newton and by
-   continuation. */
+   these continuation in the smoothing and in the load; then the disturbed starts, by Newton (fully
+   relaxed all starts lead to one solution). */
 static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *o, ecp_real *z,
                        ecp_i_effort *effort)
 {
@@ -5906,7 +5906,7 @@ static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *o, ecp_real *z
             effort->fallbacks |= kind;
             if (ecp_i_attempt(p, k, o, z, effort)) return 1;
         }
-        if (k > 1 && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
+        if (k == 2 && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
             p->start(p->self, k, z);
             if (ecp_i_continue(p, o->tolerance, limit, z, effort)) return 1;
         }

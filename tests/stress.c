@@ -853,7 +853,7 @@ static const family families[] = {
     {"drop", build_drop, 120, 1800},     {"throw", build_throw, 120, 1800},
     {"pair", build_pair, 576, 1728},     {"stack", build_stack, 30, 60},
     {"plank", build_plank, 10, 100},     {"cards", build_cards, 4, 20},
-    {"arch", build_arch, 7, 28},         {"dominoes", build_dominoes, 2, 8},
+    {"arch", build_arch, 7, 28},         {"dominoes", build_dominoes, 2, 40},
     {"scale", build_scale, 120, 1800},   {"far", build_far, 48, 240},
     {"torsion", build_torsion, 36, 216}, {"needle", build_needle, 30, 150},
     {"plate", build_plate, 20, 200},     {"patches", build_patches, 9, 54},

@@ -1027,10 +1027,22 @@ extern "C" {
 #endif
 
 static ecp_real ecp_i_sqrt(ecp_real x) { return ECPSIM_SQRT(x); }
-/* in this form compilers have an instruction for each, where x < 0 ? -x : x would be a jump */
+/* in this form compilers have an instruction for each */
 static ecp_real ecp_i_max(ecp_real a, ecp_real b) { return a > b ? a : b; }
 static ecp_real ecp_i_min(ecp_real a, ecp_real b) { return a < b ? a : b; }
-static ecp_real ecp_i_abs(ecp_real x) { return ecp_i_max(-x, x); }
+
+/* |x|. For what is written in the language alone, which must take the sign off zero too, compilers have
+   no instruction. */
+static ecp_real ecp_i_abs(ecp_real x)
+{
+#if defined(__GNUC__) && defined(ECPSIM_FLOAT)
+    return __builtin_fabsf(x);
+#elif defined(__GNUC__)
+    return __builtin_fabs(x);
+#else
+    return x > 0 ? x : 0 - x;
+#endif
+}
 
 /* The power of two at or below x > 0: units are such powers, so that scaling by them rounds nothing. */
 static ecp_real ecp_i_power_of_two(ecp_real x)

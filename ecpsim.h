@@ -3567,6 +3567,7 @@ typedef struct ecp_i_motion {
     ecp_real load;               /* its mass and what it carries, on these patches together */
     struct ecp_i_pair *rests_on; /* the first of the patches that carry it, by next_below */
     struct ecp_i_motion *next_ready;
+    int turns;                    /* how many times ecp_i_move has set T, J and R */
     ecp_real R0[9];               /* rotation at the beginning of the step */
     ecp_real inertia[9];          /* about the centre of mass, world axes, beginning of the step */
     ecp_real root[9];             /* ecp_i_root of body->inertia, once it is needed; zero before */
@@ -3577,7 +3578,6 @@ typedef struct ecp_i_motion {
     ecp_real drift, swing;        /* h |free|, linear; h (|w| + |free|), angular */
     ecp_real mass, length, speed; /* units: of mass, of length, of velocity (vs, of the island) */
     /* at the trial velocity */
-    int turns;            /* how many times ecp_i_move has set T, J and R */
     ecp_real dv[6], v[6]; /* change over the step, and velocity at its end */
     ecp_real dx[3];       /* displacement */
     ecp_real T[9], J[9];  /* the turn less the identity, and its derivative (ecp_i_cayley) */
@@ -3780,34 +3780,46 @@ typedef struct ecp_i_side_b {
     ecp_real Hb[9];
 } ecp_i_side_b;
 
+/* What is asked for most often stands first: its place in the structure is short in the code. */
 typedef struct ecp_i_pair {
     const ecp_i_part *a, *b;
     ecp_i_motion *ma, *mb;
-    int shape_a, shape_b, old; /* old: this patch in the world's list, or -1 */
-    int plane;                 /* B is a half-space */
-    int nl, nm, nf;            /* numbers of multipliers of f and g, of friction rows (0, 2, 3) */
-    int at, count;             /* of its unknowns in the island's vector */
-    ecp_i_patch *record;       /* what the step leaves of it, and the multipliers */
+    int nl, nm, nf; /* numbers of multipliers of f and g, of friction rows (0, 2, 3) */
+    int plane;      /* B is a half-space */
+    int at, count;  /* of its unknowns in the island's vector */
+    int shape_a, shape_b;
+    ecp_real *fa, *ga;  /* values and gradients of f at a */
+    ecp_i_side_b *on_b; /* of a pair */
+
+    /* the Newton block (see elimination) */
+    ecp_real *block;
+    ecp_real *fixed_a, *slope_a;
+    int *active_a, *row_tag, *col_tag, *col_order;
+    int kl, km, ny, columns, pivots;
+    struct ecp_i_pair *next_here; /* of the patches that are assembled at the same front */
+    const ecp_real *left;         /* the values of the unknowns passed on to it */
+
+    int old;             /* this patch in the world's list, or -1 */
+    int next_pair;       /* of the island, or -1 */
+    ecp_i_patch *record; /* what the step leaves of it, and the multipliers */
     ecp_real *multipliers;
-    ecp_real mu, e[3], direction[3];
-    ecp_real L, V, P;              /* units of length, velocity, impulse */
-    struct ecp_i_pair *next_below; /* of the patches that carry the same body */
     ecp_i_motion *carried;         /* the body that rests on the other, against gravity */
-    ecp_real weight[3];            /* of the load, as an impulse upwards in units P */
+    struct ecp_i_pair *next_below; /* of the patches that carry the same body */
+    int placed; /* set when fa, ga and what ecp_i_pair_place finds belong to a_local */
+    /* the turns of A (ecp_i_motion) for which Qa, turned and ra hold; of B, for which Qb holds, and
+       the normal and tangents of a half-space; 0: none */
+    int turns_a, turns_b;
+    ecp_real mu, e[3], direction[3];
+    ecp_real L, V, P;   /* units of length, velocity, impulse */
+    ecp_real weight[3]; /* of the load, as an impulse upwards in units P */
     ecp_real rho;
     ecp_real offset[3]; /* x_A - x_B at the beginning of the step */
 
     /* at the ECP and the beginning of the step (ecp_i_pair_place) */
     ecp_real a_local[3], ra0[3]; /* the ECP in the frame of A, and from A's centre of mass, world */
     ecp_real N0[3], d0;          /* of a half-space: its normal, and the gap over it */
-    int placed;                  /* set when all this belongs to a_local, and fa, ga as well */
-    /* the turns of A (ecp_i_motion) for which Qa, turned and ra hold; of B, for which Qb holds, and
-       the normal and tangents of a half-space; 0: none */
-    int turns_a, turns_b;
 
     /* at the trial point */
-    ecp_real *fa, *ga;               /* values and gradients of f at a */
-    ecp_i_side_b *on_b;              /* of a pair */
     ecp_real cone[3];                /* sum l_i grad f_i, frame of A */
     ecp_real Qa[9], Qb[9];           /* primitive to world */
     ecp_real n[3], N[3], t[3], o[3]; /* world */
@@ -3828,16 +3840,7 @@ typedef struct ecp_i_pair {
     ecp_real give;       /* and compliance of the contact */
     ecp_real compliance; /* of the contact in a damped Newton step, 0 in others */
     ecp_real kink;       /* how near to its kink a row may be treated as on either side */
-
-    /* the Newton block (see elimination) */
-    ecp_real *block;
-    ecp_real *fixed_a, *slope_a;
-    int *active_a, *row_tag, *col_tag, *col_order;
-    int kl, km, ny, columns, pivots;
     ecp_real Ha[9];
-    int next_pair;                /* of the island, or -1 */
-    struct ecp_i_pair *next_here; /* of the patches that are assembled at the same front */
-    const ecp_real *left;         /* the values of the unknowns passed on to it */
 } ecp_i_pair;
 
 /* Is B a half-space? Do A and B move under impulses? How many friction rows are there? Of what a program
@@ -4752,8 +4755,7 @@ typedef struct ecp_i_front {
     int rank_c, rank_b, rank_m;    /* of the constraints, the forces, and what remains of M */
     int rank_g;                    /* of the forces that the open velocities change */
     int left_c, left_b;            /* passed on to the parent */
-    int piv_c[6], piv_b[6], piv_m[6], piv_g[6];
-    ecp_real *R;  /* v1 + R (v2, u) = c, rank_c rows of 7 + width */
+    ecp_real *R;                   /* v1 + R (v2, u) = c, rank_c rows of 7 + width */
     ecp_real *W;  /* momentum in the order of piv_b: forces from velocities, then v2 */
     ecp_real *G;  /* open velocities, from those and u: rows of open + width + 1 */
     ecp_real *Bt; /* forces + open rows of 6 + width: reflectors and R */
@@ -4763,6 +4765,7 @@ typedef struct ecp_i_front {
     ecp_real *M;    /* (6 + width) x (7 + width), on the stack */
     ecp_real *pass; /* on the stack: left C, left B^T, and M of the others */
     size_t level;   /* of the stack, before `pass` */
+    int piv_c[6], piv_b[6], piv_m[6], piv_g[6];
 } ecp_i_front;
 
 typedef struct ecp_i_tree {

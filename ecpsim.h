@@ -3657,13 +3657,13 @@ static int ecp_i_implicit_rotation(const ecp_real inertia[9], const ecp_real w0[
     ecp_i_copy3(w0, w);
     ecp_i_set3(0, 0, 0, x);
     for (k = 0; k < 60; k++) {
-        ecp_real back[3];
+        ecp_real back[3], lost[3];
         ecp_i_mul(inertia, w, L);
         ecp_i_cross(w, L, f);
         ecp_i_scale(h, f, f);
         ecp_i_sub(w, w0, back);
-        ecp_i_mul(inertia, back, back);
-        ecp_i_axpy(f, 1, back, f);
+        ecp_i_mul(inertia, back, lost);
+        ecp_i_axpy(f, 1, lost, f);
         size = ecp_i_norm(f);
         if (size <= 4 * ECP_I_EPSILON * ecp_i_norm(L)) return 1;
         if (before >= 0 && !(size < before)) {

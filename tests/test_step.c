@@ -1096,6 +1096,48 @@ static void test_advance_energy(ecp_world *world, int body, double h)
     CHECK(after <= bound + test_by(1e-9, 1e-3) * (1 + fabs(energy)));
 }
 
+/* The backward Euler step of free rotation, I w + h w x I w = I w0, holds in axes that are not the
+   principal ones too, from slow turns to many in one step, and w.I w does not grow. */
+static void test_step_implicit_rotation(void)
+{
+    int round, i, k, solved = 0;
+    test_seed = 5;
+    for (round = 0; round < 400; round++) {
+        ecp_real moments[9] = {0}, q[4], R[9], inertia[9], start[3], end[3];
+        double size = 0.01 * pow(10, 4.0 * (round % 40) / 39), h = 0.01, w0[3], w[3];
+        double Iw0[3] = {0, 0, 0}, Iw[3] = {0, 0, 0}, before = 0, after = 0, L;
+        for (k = 0; k < 3; k++) moments[4 * k] = ECP_R(1.5 + 0.49 * test_random());
+        for (k = 0; k < 4; k++) q[k] = ECP_R(test_random());
+        ecp_i_quat_normalise(q);
+        ecp_quat_to_matrix(q, R);
+        ecp_i_congruence(R, moments, inertia);
+        for (k = 0; k < 3; k++) start[k] = ECP_R(size / h * test_random());
+        if (!ecp_i_implicit_rotation(inertia, start, ECP_R(h), end)) continue;
+        solved++;
+        for (i = 0; i < 3; i++) {
+            w0[i] = (double)start[i];
+            w[i] = (double)end[i];
+        }
+        for (i = 0; i < 3; i++) {
+            for (k = 0; k < 3; k++) {
+                Iw0[i] += (double)inertia[3 * i + k] * w0[k];
+                Iw[i] += (double)inertia[3 * i + k] * w[k];
+            }
+            before += w0[i] * Iw0[i];
+            after += w[i] * Iw[i];
+        }
+        L = sqrt(Iw[0] * Iw[0] + Iw[1] * Iw[1] + Iw[2] * Iw[2]);
+        for (i = 0; i < 3; i++) {
+            double turned = w[(i + 1) % 3] * Iw[(i + 2) % 3] - w[(i + 2) % 3] * Iw[(i + 1) % 3];
+            /* 1e-6 is what it is content with; in single precision the rounding of the terms, which
+               are up to 1 + h |w| times L */
+            CHECK_NEAR((Iw[i] - Iw0[i] + h * turned) / L, 0, test_by(1e-6, 1e-5) * (1 + size));
+        }
+        CHECK(after <= before * (1 + test_by(1e-9, 1e-4)));
+    }
+    CHECK(solved > 360); /* where it turns many times in the step some are not to be had */
+}
+
 /* `count` numbers in [-1, 1]; as arguments of one call they would come in the compiler's order */
 static void test_randoms(int count, double *out)
 {
@@ -1437,6 +1479,7 @@ static void test_step(void)
     test_step_unions();
     test_step_balls();
     test_step_resting();
+    test_step_implicit_rotation();
     test_step_drops();
     test_step_drops_on_box();
     test_step_overlap();

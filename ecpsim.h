@@ -1516,6 +1516,34 @@ static int ecp_i_qr(int m, int n, int all, ecp_real *A, int ld, ecp_real *tau, i
     return steps;
 }
 
+/* row -= factor * pivot, four at a time */
+static void ecp_i_subtract_row(int n, ecp_real factor, const ecp_real *pivot, ecp_real *row)
+{
+    int j;
+    for (j = 0; ECP_I_FOUR && j + 3 < n; j += 4) {
+        ecp_real a = row[j] - factor * pivot[j], b = row[j + 1] - factor * pivot[j + 1];
+        ecp_real c = row[j + 2] - factor * pivot[j + 2], d = row[j + 3] - factor * pivot[j + 3];
+        row[j] = a;
+        row[j + 1] = b;
+        row[j + 2] = c;
+        row[j + 3] = d;
+    }
+    for (; j < n; j++) row[j] -= factor * pivot[j];
+}
+
+/* rows of [R1 R2], R1 upper triangular, to [1 R1^-1 R2] */
+static void ecp_i_solve_rows(int rank, int all, ecp_real *A, int ld)
+{
+    int i, j, k;
+    for (i = rank - 1; i >= 0; i--) {
+        ecp_real *row = A + ld * i;
+        for (k = i + 1; k < rank; k++) {
+            ecp_i_subtract_row(all - rank, row[k], A + ld * k + rank, row + rank);
+        }
+        for (j = rank; j < all; j++) row[j] /= row[i];
+    }
+}
+
 ECP_DEF int ecp_qr_factor(int m, int n, ecp_real *A, int ld, ecp_real *tau, int *piv,
                           ecp_real tolerance)
 {
@@ -1558,21 +1586,6 @@ ECP_DEF int ecp_least_squares(int m, int n, ecp_real *A, int ld, ecp_real *b, ec
     ecp_qr_apply_q(n, rank, T, n, tau2, y);
     for (j = 0; j < n; j++) x[piv[j]] = y[j];
     return rank;
-}
-
-/* row -= factor * pivot, four at a time */
-static void ecp_i_subtract_row(int n, ecp_real factor, const ecp_real *pivot, ecp_real *row)
-{
-    int j;
-    for (j = 0; ECP_I_FOUR && j + 3 < n; j += 4) {
-        ecp_real a = row[j] - factor * pivot[j], b = row[j + 1] - factor * pivot[j + 1];
-        ecp_real c = row[j + 2] - factor * pivot[j + 2], d = row[j + 3] - factor * pivot[j + 3];
-        row[j] = a;
-        row[j + 1] = b;
-        row[j + 2] = c;
-        row[j + 3] = d;
-    }
-    for (; j < n; j++) row[j] -= factor * pivot[j];
 }
 
 static void ecp_i_exchange_rows(ecp_real *A, int ld, int cols, int a, int b)
@@ -3652,8 +3665,8 @@ static void ecp_i_velocity_change(ecp_i_motion *m, const ecp_real impulse[6], ec
 static int ecp_i_implicit_rotation(const ecp_real inertia[9], const ecp_real w0[3], ecp_real h,
                                    ecp_real w[3])
 {
-    ecp_real f[3], L[3], J[9], x[3], size = 0, before = -1, t = 1;
-    int piv[3], k, i;
+    ecp_real f[3], L[3], J[12], tau[3], x[3], size = 0, before = -1, t = 1; /* J: and f */
+    int piv[3], k, i, j;
     ecp_i_copy3(w0, w);
     ecp_i_set3(0, 0, 0, x);
     for (k = 0; k < 60; k++) {
@@ -3683,13 +3696,12 @@ static int ecp_i_implicit_rotation(const ecp_real inertia[9], const ecp_real w0[
             ecp_i_axpy(column, h, turned, column);
             ecp_i_cross(unit, L, turned);
             ecp_i_axpy(column, h, turned, column);
-            J[i] = column[0];
-            J[3 + i] = column[1];
-            J[6 + i] = column[2];
+            for (j = 0; j < 3; j++) J[4 * j + i] = column[j];
+            J[4 * i + 3] = f[i];
         }
-        if (ecp_lu_factor(3, J, 3, piv)) break;
-        ecp_lu_solve(3, J, 3, piv, f);
-        ecp_i_copy3(f, x);
+        if (ecp_i_qr(3, 3, 4, J, 4, tau, piv, 0, 0) < 3) break;
+        ecp_i_solve_rows(3, 4, J, 4);
+        for (i = 0; i < 3; i++) x[piv[i]] = J[4 * i + 3];
         ecp_i_sub(w, x, w);
     }
     return size <= ECP_R(1e-6) * ecp_i_norm(L);
@@ -4931,19 +4943,6 @@ static ecp_real ecp_i_row_size(int n, const ecp_real *row)
     int j;
     for (j = 0; j < n; j++) size = ecp_i_max(size, ecp_i_abs(row[j]));
     return size;
-}
-
-/* rows of [R1 R2], R1 upper triangular, to [1 R1^-1 R2] */
-static void ecp_i_solve_rows(int rank, int all, ecp_real *A, int ld)
-{
-    int i, j, k;
-    for (i = rank - 1; i >= 0; i--) {
-        ecp_real *row = A + ld * i;
-        for (k = i + 1; k < rank; k++) {
-            ecp_i_subtract_row(all - rank, row[k], A + ld * k + rank, row + rank);
-        }
-        for (j = rank; j < all; j++) row[j] /= row[i];
-    }
 }
 
 /* reorders n columns: column k is what column piv[k] was */

@@ -3855,12 +3855,15 @@ typedef struct ecp_i_pair {
     ecp_real Ha[9];
 } ecp_i_pair;
 
-/* Is B a half-space? Do A and B move under impulses? How many friction rows are there? Of what a program
-   does without compilers know. */
+/* Is B a half-space? Do A and B move under impulses? How many rows of friction and multipliers of g are
+   there, and how many of these are kept in the Newton block? Of what a program does without compilers
+   know. */
 static int ecp_i_on_plane(const ecp_i_pair *c) { return !ECP_I_PAIRS || c->plane; }
 static int ecp_i_moves_a(const ecp_i_pair *c) { return !ECP_I_PAIRS || c->ma->dynamic; }
 static int ecp_i_moves_b(const ecp_i_pair *c) { return ECP_I_PAIRS && c->mb->dynamic; }
 static int ecp_i_nf(const ecp_i_pair *c) { return ECP_I_FRICTION ? c->nf : 0; }
+static int ecp_i_nm(const ecp_i_pair *c) { return ECP_I_PAIRS ? c->nm : 0; }
+static int ecp_i_km(const ecp_i_pair *c) { return ECP_I_PAIRS ? c->km : 0; }
 
 /* how many bodies a patch can move */
 #define ECP_I_MOVERS (1 + ECP_I_PAIRS)
@@ -4522,7 +4525,7 @@ static void ecp_i_block_columns(ecp_i_pair *c, const ecp_i_slopes *s, ecp_real h
         t.d = h * c->V;
         ecp_i_column(c, s, &t, h, c->block + column++);
     }
-    for (i = 0; i < c->km; i++, column++) {
+    for (i = 0; i < ecp_i_km(c); i++, column++) {
         ECPSIM_MEMSET(&t, 0, sizeof t);
         ecp_i_copy3(c->on_b->gb + 3 * c->on_b->active_b[i], t.rows);
         ecp_i_column(c, s, &t, h, c->block + column);
@@ -4620,7 +4623,8 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
     for (i = 0; i < row; i++) rhs[c->columns * i] -= F[i];
     for (i = 0; i < c->kl; i++)
         rhs[c->columns * row++] -= F[(ecp_i_on_plane(c) ? 3 : 4) + c->active_a[i]];
-    for (i = 0; i < c->km; i++) rhs[c->columns * row++] -= F[4 + c->nl + c->on_b->active_b[i]];
+    for (i = 0; i < ecp_i_km(c); i++)
+        rhs[c->columns * row++] -= F[4 + c->nl + c->on_b->active_b[i]];
     for (k = 0; k <= ecp_i_nf(c); k++) rhs[c->columns * row++] -= F[ecp_i_at_p(c) + k];
 }
 
@@ -4918,6 +4922,7 @@ static void ecp_i_postorder(int n, const ecp_i_graph *g, ecp_i_front *fronts)
 static int ecp_i_width(const ecp_i_front *f) { return ECP_I_PAIRS ? f->width : 0; }
 static int ecp_i_child(const ecp_i_front *f) { return ECP_I_PAIRS ? f->child : -1; }
 static int ecp_i_passed(const ecp_i_front *f) { return ECP_I_PAIRS ? f->left_b : 0; }
+static int ecp_i_front_body(const ecp_i_front *f) { return ECP_I_PAIRS ? f->body : 0; }
 
 /* Constraints on the velocities that differ by less than this count as one. Two contacts that stick
    constrain a rigid body's stretch between them twice; at the end of the step the two are the same,
@@ -5293,7 +5298,7 @@ static void ecp_i_front_recover(const ecp_i_tree *t, ecp_i_front *f)
         x[k] = (row[ld - 1] - ecp_i_row_value(6, row, v) - ecp_i_row_value(n, row + 6, u)) /
                f->Bt[ldb * k + k];
     }
-    for (k = 0; k < 6; k++) t->v[6 * f->body + f->piv_c[k]] = v[k];
+    for (k = 0; k < 6; k++) t->v[6 * ecp_i_front_body(f) + f->piv_c[k]] = v[k];
     ecp_qr_apply_q(f->forces, f->rank_b, f->Bt, ldb, f->tau_b, x);
     for (c = f->pairs, i = 0; c; c = c->next_here) {
         c->left = x + i;
@@ -5317,7 +5322,9 @@ static int ecp_i_tree_solve(ecp_i_tree *t, ecp_i_arena *arena, int n, const ecp_
     t->many = 0;
     for (k = 0; k < n; k++) {
         ecp_i_front *f = t->fronts + k;
-        if (!ecp_i_front_factor(t, arena, f, motions + bodies[f->body], b + 6 * f->body)) return 0;
+        if (!ecp_i_front_factor(t, arena, f, motions + bodies[ecp_i_front_body(f)],
+                                b + 6 * ecp_i_front_body(f)))
+            return 0;
         t->many += f->forces + f->open - f->rank_b - ecp_i_passed(f);
     }
     for (k = n - 1; k >= 0; k--) ecp_i_front_recover(t, t->fronts + k);
@@ -5344,6 +5351,11 @@ typedef struct ecp_i_island {
     ecp_i_tree tree;
 } ecp_i_island;
 
+/* without pairs an island is one body and the patches that it has with half-spaces */
+static int ecp_i_body_count(const ecp_i_island *s) { return ECP_I_PAIRS ? s->body_count : 1; }
+
+static ecp_i_motion *ecp_i_mover(const ecp_i_island *s, int i) { return s->motions + s->bodies[i]; }
+
 /* Velocities that move a body within a step by less than the rounding error of a gap between two
    bodies, or than `tiny` lengths, can not be told from zero. (A half-space's gap is known to its
    increments. But where several gaps are to be closed at once, their rounding errors contradict each
@@ -5366,8 +5378,8 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real re
     ecp_i_island *s = (ecp_i_island *)self;
     ecp_real worst = 0, dv[6];
     int i, k, r;
-    for (i = 0; i < s->body_count; i++) {
-        ecp_i_motion *m = s->motions + s->bodies[i];
+    for (i = 0; i < ecp_i_body_count(s); i++) {
+        ecp_i_motion *m = ecp_i_mover(s, i);
         ecp_i_scale(m->speed, z + 6 * i, dv);
         ecp_i_scale(m->speed / m->length, z + 6 * i + 3, dv + 3);
         ecp_i_move(m, s->h, dv);
@@ -5413,8 +5425,8 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real re
         ecp_i_worst(&worst, c->strict * (ecp_i_abs(row[r++]) - c->d_noise / (s->h * c->V)));
         for (; r < c->count; r++) ecp_i_worst(&worst, ecp_i_abs(row[r]) - friction);
     }
-    for (i = 0; i < s->body_count; i++) {
-        const ecp_i_motion *m = s->motions + s->bodies[i];
+    for (i = 0; i < ecp_i_body_count(s); i++) {
+        const ecp_i_motion *m = ecp_i_mover(s, i);
         ecp_real unit = m->mass * m->speed, noise = m->noise / m->speed;
         for (k = 0; k < 2; k++) {
             ecp_real scale = k ? unit * m->length : unit, *row = F + 6 * i + 3 * k;
@@ -5464,7 +5476,7 @@ static void ecp_i_tree_plan(ecp_i_island *s)
 {
     ecp_i_tree *t = &s->tree;
     ecp_i_graph g;
-    int n = s->body_count, words = (n + ECP_I_WORD - 1) / ECP_I_WORD, i;
+    int n = ecp_i_body_count(s), words = (n + ECP_I_WORD - 1) / ECP_I_WORD, i;
     ecp_i_carve_tree(s->arena, n, t, &g);
     if (s->arena->overflow) return;
     t->h = s->h;
@@ -5479,7 +5491,7 @@ static void ecp_i_tree_plan(ecp_i_island *s)
     }
     ECPSIM_MEMSET(g.bits, 0, (size_t)(n * words) * sizeof(unsigned));
     ECPSIM_MEMSET(g.fronts, 0, (size_t)n * sizeof(ecp_i_front));
-    for (i = 0; i < n; i++) g.mass[i] = s->motions[s->bodies[i]].mass;
+    for (i = 0; i < n; i++) g.mass[i] = ecp_i_mover(s, i)->mass;
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs[i];
         if (!ecp_i_moves_a(c) || !ecp_i_moves_b(c)) continue;
@@ -5551,15 +5563,15 @@ static size_t ecp_i_tree_most(const ecp_i_tree *t, int n)
 static size_t ecp_i_island_wants(const ecp_i_island *s)
 {
     ecp_i_arena arena = ecp_i_arena_over(NULL, 0);
-    size_t n = (size_t)s->body_count;
+    size_t n = (size_t)ecp_i_body_count(s);
     ecp_i_tree tree;
     ecp_i_graph g;
     if (s->tree.planned) {
         arena.used = s->blocks_at;
-        ecp_i_take(&arena, ecp_i_tree_most(&s->tree, s->body_count), sizeof(ecp_real));
+        ecp_i_take(&arena, ecp_i_tree_most(&s->tree, ecp_i_body_count(s)), sizeof(ecp_real));
     } else {
         arena.used = s->begin;
-        ecp_i_carve_tree(&arena, s->body_count, &tree, &g);
+        ecp_i_carve_tree(&arena, ecp_i_body_count(s), &tree, &g);
         ecp_i_take(&arena, n * n, sizeof(int));
     }
     ecp_i_carve_blocks(s, &arena);
@@ -5575,7 +5587,7 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
 {
     ecp_i_island *s = (ecp_i_island *)self;
     ecp_i_tree *t = &s->tree;
-    int i, n = 6 * s->body_count;
+    int i, n = 6 * ecp_i_body_count(s);
     if (!t->fronts && !s->arena->overflow) ecp_i_island_carve(s);
     if (s->arena->overflow) return 0;
     for (i = 0; i < s->pair_count; i++) {
@@ -5586,7 +5598,7 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
     }
     for (i = 0; i < n; i++) dz[i] = -F[i];
     t->same = ecp_i_max(ECP_I_FINEST_CONSTRAINT, ecp_i_min(ECP_I_SAME_CONSTRAINT, fine));
-    if (!ecp_i_tree_solve(t, s->arena, s->body_count, s->motions, s->bodies, dz)) return 0;
+    if (!ecp_i_tree_solve(t, s->arena, ecp_i_body_count(s), s->motions, s->bodies, dz)) return 0;
     s->many = t->many > 0;
     for (i = 0; i < n; i++) dz[i] = t->v[i];
     for (i = 0; i < s->pair_count; i++) {
@@ -6678,8 +6690,8 @@ static void ecp_i_spots_round(ecp_i_island *s, ecp_real *z)
 {
     ecp_real dv[6];
     int i, j, k, sweep;
-    for (i = 0; i < s->body_count; i++) {
-        ecp_i_motion *m = s->motions + s->bodies[i];
+    for (i = 0; i < ecp_i_body_count(s); i++) {
+        ecp_i_motion *m = ecp_i_mover(s, i);
         for (j = 0; j < 6; j++) m->residual[j] = m->body->v[j] + m->body->v_carry[j] + m->free[j];
     }
     for (i = 0; i < s->pair_count; i++) {
@@ -6695,8 +6707,8 @@ static void ecp_i_spots_round(ecp_i_island *s, ecp_real *z)
             for (k = 0; k < ECP_I_SPOTS; k++) ecp_i_spot_relax(c, ecp_i_spots(c) + k);
         }
     }
-    for (i = 0; i < s->body_count; i++) {
-        ecp_i_motion *m = s->motions + s->bodies[i];
+    for (i = 0; i < ecp_i_body_count(s); i++) {
+        ecp_i_motion *m = ecp_i_mover(s, i);
         for (j = 0; j < 6; j++) {
             dv[j] = m->residual[j] - m->body->v[j] - m->body->v_carry[j];
             z[6 * i + j] = dv[j] / (j < 3 ? m->speed : m->speed / m->length);
@@ -7008,6 +7020,7 @@ typedef struct ecp_i_step {
 
 static int ecp_i_watched(const ecp_i_step *s) { return ECP_I_SLEEP && s->is_watched; }
 static int ecp_i_sleepers(const ecp_i_step *s) { return ECP_I_SLEEP && s->has_sleepers; }
+static int ecp_i_is_asleep(const ecp_i_motion *m) { return ECP_I_SLEEP && m->asleep; }
 
 static ecp_status ecp_i_fail(ecp_report *r, ecp_status status, int body, int shape_a, int shape_b,
                              ecp_real value, ecp_real limit)
@@ -7324,19 +7337,20 @@ static int ecp_i_touching(const ecp_i_pair *c)
 
 static ecp_real ecp_i_mean(ecp_real a, ecp_real b) { return a == b ? a : ecp_i_sqrt(a * b); }
 
+/* zero before, and where there is no friction */
 static void ecp_i_pair_friction(ecp_i_pair *c)
 {
     const ecp_material *a = &c->a->material, *b = &c->b->material, *own;
     ecp_real local[3];
     int first_a = c->shape_a < c->shape_b, directed_a, directed_b;
+    if (!ECP_I_FRICTION) return;
     c->mu = ecp_i_mean(a->mu, b->mu);
     c->e[0] = ecp_i_mean(a->e_t, b->e_t);
     c->e[1] = ecp_i_mean(a->e_o, b->e_o);
     c->e[2] = ecp_i_mean(a->e_r, b->e_r);
-    c->nf = ECP_I_FRICTION && c->mu > 0 ? (c->e[2] > 0 ? 3 : 2) : 0;
+    c->nf = c->mu > 0 ? (c->e[2] > 0 ? 3 : 2) : 0;
     directed_a = ecp_i_dot(a->direction, a->direction) > 0;
     directed_b = ecp_i_dot(b->direction, b->direction) > 0;
-    ecp_i_set3(0, 0, 0, c->direction);
     if (!directed_a && !directed_b) return;
     own = directed_a && (first_a || !directed_b) ? a : b;
     ecp_i_mul((own == a ? c->a : c->b)->rotation, own->direction, local);
@@ -7467,7 +7481,7 @@ static ecp_status ecp_i_find_pairs(ecp_i_step *s)
     ecp_i_carve_pairs(&s->arena, s->pair_count, s);
     ecp_i_carve_members(&s->arena, s->pair_count, s);
     for (i = 0; i < s->pair_count; i++) {
-        ecp_i_carve_pair(&s->arena, s->pairs[i].nl, s->pairs[i].nm, s->pairs + i);
+        ecp_i_carve_pair(&s->arena, s->pairs[i].nl, ecp_i_nm(s->pairs + i), s->pairs + i);
     }
     return ECP_OK;
 }
@@ -7805,8 +7819,8 @@ static ecp_real ecp_i_island_speed(const ecp_i_island *s)
 {
     ecp_real speed = s->h * ecp_i_norm(s->world->desc.gravity);
     int i;
-    for (i = 0; i < s->body_count; i++) {
-        const ecp_i_motion *m = s->motions + s->bodies[i];
+    for (i = 0; i < ecp_i_body_count(s); i++) {
+        const ecp_i_motion *m = ecp_i_mover(s, i);
         const ecp_real *v = m->v, *v0 = m->body->v;
         ecp_real linear = ecp_i_max(ecp_i_dot(v, v), ecp_i_dot(v0, v0));
         speed = ecp_i_max(speed, 64 * ECP_I_EPSILON * m->length / s->h);
@@ -7847,8 +7861,8 @@ static void ecp_i_island_loads(ecp_i_island *s)
 {
     ecp_i_motion *ready = NULL;
     int i;
-    for (i = 0; i < s->body_count; i++) {
-        ecp_i_motion *m = s->motions + s->bodies[i];
+    for (i = 0; i < ecp_i_body_count(s); i++) {
+        ecp_i_motion *m = ecp_i_mover(s, i);
         m->load = m->mass;
         m->loads = m->carries = 0;
         m->rests_on = NULL;
@@ -7861,8 +7875,8 @@ static void ecp_i_island_loads(ecp_i_island *s)
         carried->loads++;
         (carried == c->ma ? c->mb : c->ma)->carries++;
     }
-    for (i = s->body_count - 1; i >= 0; i--) {
-        ecp_i_motion *m = s->motions + s->bodies[i];
+    for (i = ecp_i_body_count(s) - 1; i >= 0; i--) {
+        ecp_i_motion *m = ecp_i_mover(s, i);
         if (!ECP_I_PAIRS || m->carries > 0) continue;
         m->next_ready = ready;
         ready = m;
@@ -7887,7 +7901,7 @@ static void ecp_i_island_units(ecp_i_island *s)
     ecp_real speed = ecp_i_island_speed(s), load;
     int i, k;
     ecp_i_island_loads(s);
-    for (i = 0; i < s->body_count; i++) s->motions[s->bodies[i]].speed = speed;
+    for (i = 0; i < ecp_i_body_count(s); i++) ecp_i_mover(s, i)->speed = speed;
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         c->V = speed;
@@ -7916,7 +7930,7 @@ static void ecp_i_start_warm(const ecp_i_island *s, const ecp_i_pair *c, ecp_rea
     int i;
     ecp_i_scale(1 / c->L, old->a, y);
     for (i = 0; i < c->nl; i++) y[3 + i] = multipliers[i];
-    for (i = 0; i < c->nm; i++) y[ecp_i_at_m(c) + i] = multipliers[c->nl + i];
+    for (i = 0; i < ecp_i_nm(c); i++) y[ecp_i_at_m(c) + i] = multipliers[c->nl + i];
     if (!ecp_i_on_plane(c)) y[ecp_i_at_d(c)] = contact->gap / (s->h * c->V);
     for (i = 0; i <= ecp_i_nf(c); i++) y[ecp_i_at_p(c) + i] = 0;
 }
@@ -7961,15 +7975,15 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
     static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)}, none[3] = {0, 0, 0};
     ecp_i_island *s = (ecp_i_island *)self;
     ecp_real aside[3], dv[6];
-    int i, j;
+    int i, j, first = ECP_I_STARTS == 0 || k == 0;
     if (k > ECP_I_STARTS) return 0;
-    for (i = 0; i < s->body_count; i++) {
-        ecp_i_motion *m = s->motions + s->bodies[i];
+    for (i = 0; i < ecp_i_body_count(s); i++) {
+        ecp_i_motion *m = ecp_i_mover(s, i);
         ECPSIM_MEMCPY(dv, m->free, sizeof dv);
         for (j = 0; k > 2 && k < 7 && j < 6; j++) {
             dv[j] = parts[k - 3] * (m->body->v[j] + m->free[j]) - m->body->v[j];
         }
-        if (k > 0) {
+        if (!first) {
             ecp_i_scale(1 / m->speed, dv, z + 6 * i);
             ecp_i_scale(m->length / m->speed, dv + 3, z + 6 * i + 3);
         }
@@ -7980,15 +7994,15 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
-        int warm = k == 0 && old && !old->guess;
-        s->uncentred |= k == 0 && old && old->centred == 0;
-        s->in_vain |= k == 0 && old && old->centred < 0;
+        int warm = first && old && !old->guess;
+        s->uncentred |= ECP_I_CENTRING && first && old && old->centred == 0;
+        s->in_vain |= ECP_I_CENTRING && first && old && old->centred < 0;
         c->tau = c->give = 0;
         if (warm)
             ecp_i_start_warm(s, c, z + c->at);
         else
-            ecp_i_start_geometric(c, s->h, old && (k == 0 || s->nearest) ? old->a : NULL,
-                                  ECP_I_FLAT, z + c->at);
+            ecp_i_start_geometric(c, s->h, old && (first || s->nearest) ? old->a : NULL, ECP_I_FLAT,
+                                  z + c->at);
         ecp_i_pair_geometry(c, z + c->at);
         if (!ecp_i_on_plane(c)) ecp_i_set_direction(c);
         if (k > 6) {
@@ -8004,8 +8018,8 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         if (ecp_i_moves_b(c)) ecp_i_wrench(c, c->mb, warm ? c->rb : none, -1);
     }
     if (k == 2) return ecp_i_start_spots(s, z);
-    for (i = 0; k == 0 && i < s->body_count; i++) {
-        ecp_i_motion *m = s->motions + s->bodies[i];
+    for (i = 0; first && i < ecp_i_body_count(s); i++) {
+        ecp_i_motion *m = ecp_i_mover(s, i);
         ecp_real unit[2], noise[2], slow;
         unit[0] = m->speed;
         unit[1] = m->speed / m->length;
@@ -8032,8 +8046,8 @@ static void ecp_i_island_repair(void *self, ecp_real *z)
     ecp_i_island *s = (ecp_i_island *)self;
     ecp_real dv[6], impulses[4], a[3];
     int i, k;
-    for (i = 0; i < s->body_count; i++) {
-        ecp_i_motion *m = s->motions + s->bodies[i];
+    for (i = 0; i < ecp_i_body_count(s); i++) {
+        ecp_i_motion *m = ecp_i_mover(s, i);
         for (k = 0; k < 6; k++) dv[k] = z[6 * i + k] * (k < 3 ? m->speed : m->speed / m->length);
         ecp_i_move(m, s->h, dv);
     }
@@ -8053,8 +8067,8 @@ static void ecp_i_island_load(void *self, ecp_real share)
 {
     ecp_i_island *s = (ecp_i_island *)self;
     int i, k;
-    for (i = 0; i < s->body_count; i++) {
-        ecp_i_motion *m = s->motions + s->bodies[i];
+    for (i = 0; i < ecp_i_body_count(s); i++) {
+        ecp_i_motion *m = ecp_i_mover(s, i);
         ecp_real momentum[6];
         ecp_i_scale(m->mass, m->body->v, momentum);
         ecp_i_spin_momentum(m->R0, m->body->inertia, m->body->v + 3, momentum + 3);
@@ -8159,7 +8173,7 @@ static void ecp_i_record(ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp
     k->e_o = c->e[1];
     k->e_r = c->e[2];
     for (i = 0; i < c->nl; i++) c->multipliers[i] = y[3 + i];
-    for (i = 0; i < c->nm; i++) c->multipliers[c->nl + i] = y[ecp_i_at_m(c) + i];
+    for (i = 0; i < ecp_i_nm(c); i++) c->multipliers[c->nl + i] = y[ecp_i_at_m(c) + i];
     k->mode = ECP_APART;
     if (ecp_i_nf(c) == 0) ecp_i_tangents(c);
     ecp_i_copy3(c->t, k->direction_t);
@@ -8273,7 +8287,9 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     step->r->iterations += effort.iterations;
     step->r->evaluations += effort.evaluations;
     step->r->fallbacks |= effort.fallbacks;
-    if (!ecp_i_unbound(step->o, &effort)) step->motions[label].stirred = 1; /* does not sleep */
+    if (ecp_i_watched(step) && !ecp_i_unbound(step->o, &effort)) {
+        step->motions[label].stirred = 1; /* does not sleep */
+    }
     for (i = 0; i < p.n; i++) {
         merit += p.F[i] * p.F[i];
         natural = ecp_i_max(natural, ecp_i_abs(p.F[i]));
@@ -8351,7 +8367,8 @@ static ecp_status ecp_i_verify(ecp_i_step *s)
         ecp_real size = s->h * c->V / c->strict + c->a->shape.radius;
         ecp_real limit = -c->d_floor - 4 * s->o->tolerance * size;
         if (i == 0 || gap < s->r->worst_gap) s->r->worst_gap = gap;
-        if (c->ma->asleep || c->mb->asleep) continue; /* was verified when it fell asleep */
+        if (ecp_i_is_asleep(c->ma) || ecp_i_is_asleep(c->mb))
+            continue; /* was verified when it fell asleep */
         if (!(gap >= limit)) {
             return ecp_i_fail(s->r, ECP_NOT_SOLVED, c->a->body, c->shape_a, c->shape_b, gap, limit);
         }
@@ -8404,8 +8421,8 @@ static ecp_status ecp_i_commit(ecp_i_step *s)
     for (i = 0; i < w->bodies; i++) {
         const ecp_i_motion *m = s->motions + i;
         ecp_i_body *b = bodies + i, before;
-        if (b->kind == ECP_STATIC) b->asleep = ecp_i_watched(s);
-        if (b->kind == ECP_STATIC || b->kind == ECP_I_FREE || m->asleep) continue;
+        if (ECP_I_SLEEP && b->kind == ECP_STATIC) b->asleep = ecp_i_watched(s);
+        if (b->kind == ECP_STATIC || b->kind == ECP_I_FREE || ecp_i_is_asleep(m)) continue;
         if (ecp_i_watched(s)) ECPSIM_MEMCPY(&before, b, sizeof before);
         ecp_quat_advance(b->q, m->v + 3, s->h, b->q);
         for (k = 0; k < 3; k++) ecp_i_add_carried(b->x + k, b->x_carry + k, m->dx[k]);

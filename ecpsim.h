@@ -3847,9 +3847,8 @@ typedef struct ecp_i_pair {
     ecp_real p[4];                 /* p_n / P, y */
     ecp_real z[3], radius, z_norm; /* argument of the projection, mu p_n, |z| */
     ecp_real outer;                /* max(|z|, radius), by which the projection divides */
-    ecp_real
-        tau; /* smoothing of the complementarity rows in a relaxed problem, 0 in the true one */
-    ecp_real give;       /* and compliance of the contact */
+    ecp_real relax;      /* of a relaxed problem, 0 in the true one: tau, which smoothes the rows of
+                            complementarity, and the compliance of the contact */
     ecp_real compliance; /* of the contact in a damped Newton step, 0 in others */
     ecp_real kink;       /* how near to its kink a row may be treated as on either side */
     ecp_real Ha[9];
@@ -3864,6 +3863,12 @@ static int ecp_i_moves_b(const ecp_i_pair *c) { return ECP_I_PAIRS && c->mb->dyn
 static int ecp_i_nf(const ecp_i_pair *c) { return ECP_I_FRICTION ? c->nf : 0; }
 static int ecp_i_nm(const ecp_i_pair *c) { return ECP_I_PAIRS ? c->nm : 0; }
 static int ecp_i_km(const ecp_i_pair *c) { return ECP_I_PAIRS ? c->km : 0; }
+
+/* Only continuation relaxes problems. */
+static ecp_real ecp_i_relax(const ecp_i_pair *c)
+{
+    return (ECPSIM_FALLBACKS)&ECP_FALLBACK_CONTINUATION ? c->relax : ECP_R(0);
+}
 
 /* how many bodies a patch can move */
 #define ECP_I_MOVERS (1 + ECP_I_PAIRS)
@@ -4050,7 +4055,7 @@ static ecp_real ecp_i_smooth_abs(ecp_real x, ecp_real tau2)
    part of p_n and the maximum are smoothed by tau. */
 static void ecp_i_projection(ecp_i_pair *c)
 {
-    ecp_real tau2 = c->tau * c->tau, p = c->p[0];
+    ecp_real tau2 = ecp_i_relax(c) * ecp_i_relax(c), p = c->p[0];
     c->z_norm = ecp_i_sqrt(c->z_norm + tau2);
     c->radius = c->mu * (p + ecp_i_smooth_abs(p, tau2)) / 2;
     c->outer = (c->z_norm + c->radius + ecp_i_smooth_abs(c->z_norm - c->radius, tau2)) / 2;
@@ -4103,7 +4108,7 @@ static void ecp_i_pair_slip(ecp_i_pair *c)
     ecp_i_scale(1 / c->V, w, w);
     c->z_norm = 0;
     for (k = 0; k < ecp_i_nf(c); k++) {
-        c->z[k] = c->p[1 + k] - c->rho * (w[k] + c->give * c->p[1 + k]);
+        c->z[k] = c->p[1 + k] - c->rho * (w[k] + ecp_i_relax(c) * c->p[1 + k]);
         c->z_norm += c->z[k] * c->z[k];
     }
     ecp_i_projection(c);
@@ -4173,15 +4178,16 @@ static void ecp_i_pair_residual(const ecp_i_pair *c, const ecp_real *y, ecp_real
         }
         for (k = 0; k < 3; k++) F[row++] = local[k];
     }
-    ecp_i_multiplier_rows(c->nl, y + 3, c->fa, unit, c->tau, F + row);
+    ecp_i_multiplier_rows(c->nl, y + 3, c->fa, unit, ecp_i_relax(c), F + row);
     row += c->nl;
     if (!ecp_i_on_plane(c)) {
-        ecp_i_multiplier_rows(c->nm, y + ecp_i_at_m(c), c->on_b->fb, unit, c->tau, F + row);
+        ecp_i_multiplier_rows(c->nm, y + ecp_i_at_m(c), c->on_b->fb, unit, ecp_i_relax(c), F + row);
         row += c->nm;
     }
-    F[row++] = ecp_i_fb_value(c->p[0], c->d / (h * c->V) + c->give * c->p[0], c->tau, &r);
+    F[row++] =
+        ecp_i_fb_value(c->p[0], c->d / (h * c->V) + ecp_i_relax(c) * c->p[0], ecp_i_relax(c), &r);
     shrink = ecp_i_nf(c) && c->z_norm > c->radius ? c->radius / c->outer : ECP_R(1);
-    if (ecp_i_nf(c) && c->tau > 0) shrink = c->radius / c->outer;
+    if (ecp_i_nf(c) && ecp_i_relax(c) > 0) shrink = c->radius / c->outer;
     for (k = 0; k < ecp_i_nf(c); k++) F[row++] = c->p[1 + k] - shrink * c->z[k];
 }
 
@@ -4239,9 +4245,10 @@ typedef struct ecp_i_slopes {
 
 static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_i_slopes *s)
 {
-    ecp_real apart = c->z_norm - c->radius, tau2 = c->tau * c->tau, p = c->p[0], q, size;
-    ecp_i_fb(p, c->d / (h * c->V) + c->give * p, c->tau, &s->p, &s->d);
-    if (ecp_i_abs(p) < c->kink && ecp_i_abs(c->d) < c->kink * h * c->V) {
+    ecp_real apart = c->z_norm - c->radius, tau2 = ecp_i_relax(c) * ecp_i_relax(c), p = c->p[0], q,
+             size;
+    ecp_i_fb(p, c->d / (h * c->V) + ecp_i_relax(c) * p, ecp_i_relax(c), &s->p, &s->d);
+    if (ECP_I_CENTRING && ecp_i_abs(p) < c->kink && ecp_i_abs(c->d) < c->kink * h * c->V) {
         /* centring: a contact that touches without a load may take one */
         s->p = 0;
         s->d = 1;
@@ -4263,7 +4270,7 @@ static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_slopes *s, co
     ecp_real dz[3], along = 0, d_radius, d_outer;
     int k, ld = c->columns;
     for (k = 0; k < ecp_i_nf(c); k++) {
-        ecp_real give = (c->give + c->compliance) * t->p[1 + k];
+        ecp_real give = (ecp_i_relax(c) + c->compliance) * t->p[1 + k];
         dz[k] = t->p[1 + k] - c->rho * (c->e[k] * dw[k] / c->V + give);
     }
     if (!s->slips) {
@@ -4321,7 +4328,7 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i
     }
     if (!moves && !pushes) return;
     column[ld * row++] =
-        s->p * t->p[0] + s->d * (d / (h * c->V) + (c->give + c->compliance) * t->p[0]);
+        s->p * t->p[0] + s->d * (d / (h * c->V) + (ecp_i_relax(c) + c->compliance) * t->p[0]);
     if (moves && ecp_i_nf(c) > 0) {
         dw[0] = ecp_i_dot(c->t, t->v);
         dw[1] = ecp_i_dot(c->o, t->v);
@@ -4585,7 +4592,7 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
     ecp_i_scale(c->L, y, a);
     ecp_i_hessian(&c->a->shape, a, y + 3, c->L, c->Ha);
     c->n_noise = ecp_i_normal_noise(c->Ha, y);
-    c->kl = ecp_i_condense(c->nl, y + 3, c->fa, c->ga, c->L, c->tau, c->kink, c->fixed_a,
+    c->kl = ecp_i_condense(c->nl, y + 3, c->fa, c->ga, c->L, ecp_i_relax(c), c->kink, c->fixed_a,
                            c->slope_a, c->active_a, c->Ha, shift_a);
     c->km = 0;
     if (!ecp_i_on_plane(c)) {
@@ -4594,8 +4601,8 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
         ecp_i_hessian(&c->b->shape, side->b_local, m, c->L, side->Hb);
         b[0] = b[1] = b[2] = ecp_i_norm(side->b_local) / c->L; /* from turned coordinates */
         c->n_noise += ecp_i_normal_noise(side->Hb, b);
-        c->km = ecp_i_condense(c->nm, m, side->fb, side->gb, c->L, c->tau, c->kink, side->fixed_b,
-                               side->slope_b, side->active_b, side->Hb, shift_b);
+        c->km = ecp_i_condense(c->nm, m, side->fb, side->gb, c->L, ecp_i_relax(c), c->kink,
+                               side->fixed_b, side->slope_b, side->active_b, side->Hb, shift_b);
     }
     c->ny = 4 + c->kl + ecp_i_nf(c) + (ecp_i_on_plane(c) ? 0 : 1 + c->km);
     rows = c->ny + 6 * bodies;
@@ -5393,7 +5400,7 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real re
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         ecp_real size;
-        c->tau = c->give = relax;
+        c->relax = relax;
         ecp_i_pair_evaluate(c, z + c->at, s->h);
         ecp_i_pair_residual(c, z + c->at, s->h, F + c->at);
         ecp_i_pair_noise(c, s->h, 0);
@@ -7997,7 +8004,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         int warm = first && old && !old->guess;
         s->uncentred |= ECP_I_CENTRING && first && old && old->centred == 0;
         s->in_vain |= ECP_I_CENTRING && first && old && old->centred < 0;
-        c->tau = c->give = 0;
+        c->relax = 0;
         if (warm)
             ecp_i_start_warm(s, c, z + c->at);
         else

@@ -578,7 +578,7 @@ static int elimination_random_point(elimination_island *e)
     elimination_random_modes(e, mode);
     for (i = 0; i < e->s.unknowns; i++)
         e->z[i] = i < 6 * e->s.body_count ? ECP_R(0.5 * test_random()) : 0;
-    for (i = 0; i < e->pair_count; i++) e->pairs[i].tau = e->pairs[i].give = 0;
+    for (i = 0; i < e->pair_count; i++) e->pairs[i].relax = 0;
     ecp_i_island_residual(&e->s, e->z, 0, e->F);
     for (i = 0; i < e->pair_count; i++) {
         ecp_i_pair *c = e->pairs + i;
@@ -918,7 +918,7 @@ static void elimination_cells_point(elimination_island *e, const elimination_fac
     int i, all = how->sticks + how->slips + how->loose + how->apart;
     elimination_kinks = 0;
     for (i = 0; i < e->s.unknowns; i++) e->z[i] = 0;
-    for (i = 0; i < e->pair_count; i++) e->pairs[i].tau = e->pairs[i].give = 0;
+    for (i = 0; i < e->pair_count; i++) e->pairs[i].relax = 0;
     ecp_i_island_residual(&e->s, e->z, 0, e->F); /* moves the bodies */
     for (i = 0; i < e->pair_count; i++) {
         ecp_i_pair *c = e->pairs + i;

@@ -263,7 +263,7 @@ static int equations_impulses(ecp_i_pair *c, ecp_real *y, ecp_real h, equations_
     int i;
     p[0] = ECP_R(mode == EQUATIONS_OPEN ? equations_between(-1.5, -reach - 0.05)
                                         : equations_between(0.5, 1.5));
-    gap += (double)(c->give * p[0]);
+    gap += (double)(c->relax * p[0]);
     if (fabs(gap) > 20 || sqrt((double)p[0] * (double)p[0] + gap * gap) < reach) return 0;
     if (c->nf == 0) return 1;
     for (i = 0; i < c->nf; i++) p[1 + i] = 0;
@@ -279,7 +279,7 @@ static int equations_impulses(ecp_i_pair *c, ecp_real *y, ecp_real h, equations_
     }
     for (i = 0; i < c->nf; i++) {
         double z = size * aim[i] / sqrt(sum) - (double)c->z[i];
-        p[1 + i] = (ecp_real)(z / (1 - (double)(c->rho * c->give)));
+        p[1 + i] = (ecp_real)(z / (1 - (double)(c->rho * c->relax)));
     }
     return 1;
 }
@@ -319,7 +319,7 @@ static int equations_sample(equations_scene *k, int all_active, int mode, ecp_re
     int i, attempt;
     for (i = 0; i < k->s.unknowns; i++)
         k->z[i] = i < 6 * k->s.body_count ? ECP_R(0.5 * test_random()) : 0;
-    for (i = 0; i < k->s.pair_count; i++) k->members[i]->tau = k->members[i]->give = relax;
+    for (i = 0; i < k->s.pair_count; i++) k->members[i]->relax = relax;
     ecp_i_island_residual(&k->s, k->z, relax, k->F);
     for (i = 0; i < k->s.pair_count; i++) {
         ecp_i_pair *c = k->members[i];

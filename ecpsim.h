@@ -4660,26 +4660,25 @@ static void ecp_i_block_slack(ecp_i_pair *c)
    small ones */
 static void ecp_i_block_eliminate(ecp_i_pair *c)
 {
-    static const int masks[3] = {ECP_I_GEOMETRY, ECP_I_IMPULSE, ECP_I_GEOMETRY | ECP_I_IMPULSE};
+    static const int masks[4] = {ECP_I_GEOMETRY, ECP_I_IMPULSE, ECP_I_GEOMETRY | ECP_I_IMPULSE,
+                                 ECP_I_LAST};
     ecp_real tolerance = ecp_i_sqrt(ECP_I_EPSILON) / 4;
-    int i, stage, rows = c->columns - 1;
+    int i, stage, before = -1;
     for (i = 0; i < c->ny; i++) {
         c->col_order[i] = i;
         c->row_tag[i] = c->col_tag[i] =
             i < c->ny - 1 - ecp_i_nf(c) ? ECP_I_GEOMETRY : ECP_I_IMPULSE;
     }
     c->pivots = 0;
-    for (stage = 0; stage < 3; stage++) {
-        c->pivots =
-            ecp_eliminate(c->block, c->columns, rows, c->columns, c->ny, c->ny, c->pivots,
-                          masks[stage], tolerance, c->row_tag, c->col_tag, NULL, c->col_order);
-    }
-    for (i = -1; c->pivots < c->ny && c->pivots > i;) {
-        i = c->pivots;
-        ecp_i_block_slack(c);
-        c->pivots =
-            ecp_eliminate(c->block, c->columns, rows, c->columns, c->ny, c->ny, i, ECP_I_LAST,
-                          ECP_I_NO_PIVOT, c->row_tag, c->col_tag, NULL, c->col_order);
+    for (stage = 0; stage < 3 || (c->pivots < c->ny && c->pivots > before); stage++) {
+        if (stage >= 3) {
+            before = c->pivots;
+            ecp_i_block_slack(c);
+            tolerance = ECP_I_NO_PIVOT;
+        }
+        c->pivots = ecp_eliminate(c->block, c->columns, c->columns - 1, c->columns, c->ny, c->ny,
+                                  c->pivots, masks[stage < 3 ? stage : 3], tolerance, c->row_tag,
+                                  c->col_tag, NULL, c->col_order);
     }
 }
 
@@ -7877,9 +7876,10 @@ static void ecp_i_island_loads(ecp_i_island *s)
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         ecp_i_motion *carried = c->carried = ecp_i_carried(s, c);
+        carried->loads++;
+        if (!ECP_I_PAIRS) continue;
         c->next_below = carried->rests_on;
         carried->rests_on = c;
-        carried->loads++;
         (carried == c->ma ? c->mb : c->ma)->carries++;
     }
     for (i = ecp_i_body_count(s) - 1; i >= 0; i--) {
@@ -8244,7 +8244,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     ecp_i_island s;
     ecp_i_problem p;
     ecp_i_effort effort = ecp_i_effort_after(step->o, step->r->iterations);
-    ecp_real *vectors[6], *z, *best, error, merit = 0, natural = step->r->natural_residual;
+    ecp_real *vectors[6], *z, *best, error, merit, largest;
     size_t mark = step->arena.used;
     int i, solved, centred = 1;
     s.centring = s.many = s.uncentred = s.in_vain = 0;
@@ -8297,16 +8297,14 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     if (ecp_i_watched(step) && !ecp_i_unbound(step->o, &effort)) {
         step->motions[label].stirred = 1; /* does not sleep */
     }
-    for (i = 0; i < p.n; i++) {
-        merit += p.F[i] * p.F[i];
-        natural = ecp_i_max(natural, ecp_i_abs(p.F[i]));
-    }
-    step->r->merit += merit / 2;
-    step->r->natural_residual = natural;
+    merit = ecp_i_merit(p.n, p.F);
+    largest = ecp_i_largest(p.n, p.F);
+    step->r->merit += merit;
+    ecp_i_worst(&step->r->natural_residual, largest);
     if (solved && !ecp_i_finite(merit)) {
         /* near overflow rounding floors let anything pass */
         solved = 0;
-        error = ecp_i_largest(p.n, p.F);
+        error = largest;
     }
     if (!solved) {
         return ecp_i_fail(step->r, ECP_NOT_SOLVED, label, s.pairs[0]->shape_a, s.pairs[0]->shape_b,

@@ -4928,7 +4928,11 @@ static void ecp_i_postorder(int n, const ecp_i_graph *g, ecp_i_front *fronts)
 static int ecp_i_width(const ecp_i_front *f) { return ECP_I_PAIRS ? f->width : 0; }
 static int ecp_i_child(const ecp_i_front *f) { return ECP_I_PAIRS ? f->child : -1; }
 static int ecp_i_passed(const ecp_i_front *f) { return ECP_I_PAIRS ? f->left_b : 0; }
+static int ecp_i_passed_open(const ecp_i_front *f) { return ECP_I_PAIRS ? f->open : 0; }
 static int ecp_i_front_body(const ecp_i_front *f) { return ECP_I_PAIRS ? f->body : 0; }
+
+/* rows that are there to be passed on: of momentum that is left over, and of open velocities */
+#define ECP_I_ROWS_FOR_PARENT (ECP_I_PAIRS ? 6 : 0)
 
 /* Constraints on the velocities that differ by less than this count as one. Two contacts that stick
    constrain a rigid body's stretch between them twice; at the end of the step the two are the same,
@@ -5191,16 +5195,17 @@ static int ecp_i_front_carve(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fron
     f->R = ecp_i_take_reals(arena, 6, ld);
     f->W = ecp_i_take_reals(arena, 6, ld);
     f->G = ecp_i_take_reals(arena, 7, ld);
-    f->Bt = ecp_i_take_reals(arena, f->forces + 6, 6 + n);
+    f->Bt = ecp_i_take_reals(arena, f->forces + ECP_I_ROWS_FOR_PARENT, 6 + n);
     f->tau_b = ecp_i_take_reals(arena, 6, 1);
     f->tau_l = ecp_i_take_reals(arena, n, 1);
-    f->x = ecp_i_take_reals(arena, f->forces + 6, 1);
-    f->C = ecp_i_take_stack(arena, f->constraints + (ECP_I_PAIRS ? 6 : 0), ld);
+    f->x = ecp_i_take_reals(arena, f->forces + ECP_I_ROWS_FOR_PARENT, 1);
+    f->C = ecp_i_take_stack(arena, f->constraints + ECP_I_ROWS_FOR_PARENT, ld);
     f->M = ecp_i_take_stack(arena, 6 + n, ld);
     if (arena->overflow) return 0;
-    ECPSIM_MEMSET(f->Bt, 0, (size_t)((f->forces + 6) * (6 + n)) * sizeof(ecp_real));
+    ECPSIM_MEMSET(f->Bt, 0,
+                  (size_t)((f->forces + ECP_I_ROWS_FOR_PARENT) * (6 + n)) * sizeof(ecp_real));
     ECPSIM_MEMSET(f->C, 0,
-                  (size_t)((f->constraints + (ECP_I_PAIRS ? 6 : 0)) * ld) * sizeof(ecp_real));
+                  (size_t)((f->constraints + ECP_I_ROWS_FOR_PARENT) * ld) * sizeof(ecp_real));
     ECPSIM_MEMSET(f->M, 0, (size_t)((6 + n) * ld) * sizeof(ecp_real));
     if (!ECP_I_PAIRS) return 1;
     t->slot[f->body] = 0;
@@ -5277,10 +5282,12 @@ static void ecp_i_front_recover(const ecp_i_tree *t, ecp_i_front *f)
     ecp_real v[6], q[6], *x = f->x, *u = t->u;
     ecp_i_pair *c;
     for (j = 0; j < n; j++) u[j] = t->v[6 * f->others[j / 6] + j % 6];
-    for (i = f->rank_b + ecp_i_passed(f); i < f->forces + f->open; i++) x[i] = 0;
+    for (i = f->rank_b + ecp_i_passed(f); i < f->forces + ecp_i_passed_open(f); i++) x[i] = 0;
     ecp_qr_apply_q(f->forces + f->open - f->rank_b, ecp_i_passed(f), f->Bt + ldb * f->rank_b + 6,
                    ldb, f->tau_l, x + f->rank_b);
-    for (j = 0; j < f->open; j++) q[j] = x[f->forces + j] / ECP_I_OPEN_WEIGHT;
+    for (j = 0; j < f->open; j++) {
+        q[j] = j < ecp_i_passed_open(f) ? x[f->forces + j] / ECP_I_OPEN_WEIGHT : ECP_R(0);
+    }
     for (k = 0; k < f->rank_g; k++) {
         const ecp_real *row = f->G + ldg * k;
         ecp_real sum = row[ldg - 1] - ecp_i_row_value(n, row + f->open, u);
@@ -7138,9 +7145,9 @@ static size_t ecp_i_tree_reals(const ecp_world_desc *d)
     size_t n = (size_t)ecp_i_most_together(d), patches = (size_t)d->max_patches;
     size_t u = 6 * (n - 1 < 12 ? n - 1 : 12);
     size_t left = n > 8 ? 8 : (size_t)ecp_i_most_left(d);
-    size_t met = patches * left + n * u, front = (n > 8 ? 32 * left : met) + (ECP_I_PAIRS ? 6 : 0);
-    return n * (19 * (7 + u) + u + 12) + (met + 6 * n) * (7 + u) +          /* lasting */
-           front * (7 + u) + (6 + u) * (7 + u) + (n + 1) * 2 * u * (u + 1); /* stack */
+    size_t met = patches * left + n * u, front = (n > 8 ? 32 * left : met) + ECP_I_ROWS_FOR_PARENT;
+    return n * (19 * (7 + u) + u + 12) + (met + ECP_I_ROWS_FOR_PARENT * n) * (7 + u) + /* lasting */
+           front * (7 + u) + (6 + u) * (7 + u) + (n + 1) * 2 * u * (u + 1);            /* stack */
 }
 
 /* of ecp_advance */

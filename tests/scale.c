@@ -11,7 +11,10 @@
                 settles
 
    The exponent is that of the disturbed scene; the grid's is the worse of both. Times are medians
-   over blocks of steps, of processor time. */
+   over blocks of steps, of processor time.
+
+   And sleep: what 200 boxes at rest cost that stand alone, and that stand in stacks of ten: awake,
+   asleep while another box is pushed, and asleep as all is. */
 #define ECPSIM_IMPLEMENTATION
 #include "../ecpsim.h"
 
@@ -86,6 +89,25 @@ static void open_sliding(scene *s, int n)
     open_squares(s, n, v);
 }
 
+/* n boxes in stacks of so many, and one that stands aside */
+static void open_stacks_of(scene *s, int n, int high)
+{
+    const int across = (int)ceil(sqrt(n / high));
+    solid b;
+    int i;
+    solid_box(&b, 0.1, 0.1, 0.05);
+    scene_open(s, n + 2, n + 2, 3 * n + 4, 12, 9.8);
+    ground(s, 0, 0, 1, NULL);
+    for (i = 0; i < n; i++) {
+        int stack = i / high;
+        stand(s, &b, 0.5 * (stack % across), 0.5 * (stack / across), 0.1 * (i % high) + 0.05, NULL);
+    }
+    stand(s, &b, -5, -5, 0.05, NULL);
+}
+
+static void open_singles(scene *s, int n) { open_stacks_of(s, n, 1); }
+static void open_stacks(scene *s, int n) { open_stacks_of(s, n, 10); }
+
 /* layers of boxes, balls, capsules and cylinders, dropped between four walls half as wide as the
    layers are high */
 static void open_pile(scene *s, int n)
@@ -114,11 +136,15 @@ static void open_pile(scene *s, int n)
 
 /* ---- timing */
 
-/* a hundredth of the impulse of gravity, in any direction, on every body */
-static void disturb(scene *s)
+/* left alone, or every body disturbed before each step, or the last one; left alone or the last one
+   disturbed where bodies may sleep */
+typedef enum manner { REST, DISTURBED, SLEEP, SLEEP_BESIDE } manner;
+
+/* a hundredth of the impulse of gravity, in any direction, on the bodies from `first` on */
+static void disturb(scene *s, int first)
 {
     int i;
-    for (i = 1; i < ecp_world_body_count(s->world); i++) {
+    for (i = first; i < ecp_world_body_count(s->world); i++) {
         double v[3];
         ecp_real p[3];
         random_vector(s, 0.01 * 9.8 * step_h, v);
@@ -136,18 +162,20 @@ static int by_size(const void *a, const void *b)
 /* Microseconds of a step: the median over blocks of steps that last about 10 ms each. What comes
    between the steps is a disturbance at most. *newton: mean
    iterations in the last block; *unsolved: steps. */
-static double time_steps(scene *s, int disturbed, int settle, int most_steps, ecp_report *r,
+static double time_steps(scene *s, manner how, int settle, int most_steps, ecp_report *r,
                          double *newton, int *unsolved)
 {
     double block[BLOCKS];
-    int steps = 1, i, k;
-    for (k = 0; k < settle; k++) ecp_step(s->world, (ecp_real)step_h, NULL, r);
+    int steps = 1, i, k, first = how == DISTURBED ? 1 : ecp_world_body_count(s->world) - 1;
+    ecp_options o = ecp_options_default();
+    o.sleep = how == SLEEP || how == SLEEP_BESIDE;
+    for (k = 0; k < settle; k++) ecp_step(s->world, (ecp_real)step_h, &o, r);
     for (i = 0; i < BLOCKS; i++) {
         clock_t begin = clock();
         *newton = 0;
         for (k = 0; k < steps; k++) {
-            if (disturbed) disturb(s);
-            *unsolved += ecp_step(s->world, (ecp_real)step_h, NULL, r) != ECP_OK;
+            if (how == DISTURBED || how == SLEEP_BESIDE) disturb(s, first);
+            *unsolved += ecp_step(s->world, (ecp_real)step_h, &o, r) != ECP_OK;
             *newton += (double)r->iterations / steps;
         }
         block[i] = 1e6 * (double)(clock() - begin) / CLOCKS_PER_SEC / steps;
@@ -163,7 +191,7 @@ static double time_steps(scene *s, int disturbed, int settle, int most_steps, ec
 
 /* one line: a scene of one size */
 static void measure(const char *name, const char *how, void (*open)(scene *, int), int n,
-                    int disturbed, int settle, int most_steps, curve *c)
+                    manner moved, int settle, int most_steps, curve *c)
 {
     static scene s;
     ecp_report r;
@@ -172,10 +200,11 @@ static void measure(const char *name, const char *how, void (*open)(scene *, int
     memset(&s, 0, sizeof s);
     s.seed = scene_seed(name, n);
     open(&s, n);
-    us = time_steps(&s, disturbed, settle, most_steps, &r, &newton, &unsolved);
-    printf("%-8s %-9s %5d %11.2f us  unknowns %6d  patches %5d  islands %5d  newton %6.2f%s\n",
-           name, how, n, us, r.unknowns, r.patches_kept, r.islands, newton,
-           unsolved ? "  NOT SOLVED" : "");
+    us = time_steps(&s, moved, settle, most_steps, &r, &newton, &unsolved);
+    printf("%-8s %-9s %5d %11.2f us  unknowns %6d  patches %5d  islands %5d  newton %6.2f", name,
+           how, n, us, r.unknowns, r.patches_kept, r.islands, newton);
+    if (r.asleep) printf("  asleep %d", r.asleep);
+    printf("%s\n", unsolved ? "  NOT SOLVED" : "");
     fflush(stdout);
     if (us > 0) {
         c->size[c->count] = n;
@@ -217,24 +246,32 @@ int main(int argc, char **argv)
     static const int pile[] = {10, 20, 40, 80, 160, 320, 500, 0};
     const char *filter = argc > 1 ? argv[1] : "";
     int most = argc > 2 ? atoi(argv[2]) : 1000, i;
-    curve rest[3], moved[4];
+    curve rest[3], moved[4], sleep[1];
     double worse;
     memset(rest, 0, sizeof rest);
     memset(moved, 0, sizeof moved);
+    memset(sleep, 0, sizeof sleep);
     for (i = 0; strstr("patches", filter) && patches[i] && patches[i] <= most; i++) {
-        measure("patches", "rest", open_patches, patches[i], 0, 10, 10000, rest);
-        measure("patches", "disturbed", open_patches, patches[i], 1, 10, 1000, moved);
+        measure("patches", "rest", open_patches, patches[i], REST, 10, 10000, rest);
+        measure("patches", "disturbed", open_patches, patches[i], DISTURBED, 10, 1000, moved);
     }
     for (i = 0; strstr("stack", filter) && stack[i] && stack[i] <= most; i++) {
-        measure("stack", "rest", open_stack, stack[i], 0, 50, 10000, rest + 1);
-        measure("stack", "disturbed", open_stack, stack[i], 1, 0, 100, moved + 1);
+        measure("stack", "rest", open_stack, stack[i], REST, 50, 10000, rest + 1);
+        measure("stack", "disturbed", open_stack, stack[i], DISTURBED, 0, 100, moved + 1);
     }
     for (i = 0; strstr("grid", filter) && grid[i] && grid[i] <= most; i++) {
-        measure("grid", "rest", open_grid, grid[i], 0, 10, 10000, rest + 2);
-        measure("grid", "sliding", open_sliding, grid[i], 0, 10, 100, moved + 2);
+        measure("grid", "rest", open_grid, grid[i], REST, 10, 10000, rest + 2);
+        measure("grid", "sliding", open_sliding, grid[i], REST, 10, 100, moved + 2);
     }
     for (i = 0; strstr("pile", filter) && pile[i] && pile[i] <= most; i++) {
-        measure("pile", "settling", open_pile, pile[i], 0, 60, 5, moved + 3);
+        measure("pile", "settling", open_pile, pile[i], REST, 60, 5, moved + 3);
+    }
+    for (i = 0; strstr("sleep", filter) && most >= 200 && i < 2; i++) {
+        static const char *names[2] = {"alone", "stacks"};
+        void (*open)(scene *, int) = i ? open_stacks : open_singles;
+        measure(names[i], "awake", open, 200, REST, 100, 1000, sleep);
+        measure(names[i], "beside", open, 200, SLEEP_BESIDE, 100, 1000, sleep);
+        measure(names[i], "asleep", open, 200, SLEEP, 100, 10000, sleep);
     }
     worse = fmax(exponent(rest + 2), exponent(moved + 2));
     printf("scale: exponent_patches=%.3f exponent_stack=%.3f exponent_grid=%.3f exponent_pile=%.3f "

@@ -4987,7 +4987,7 @@ static void ecp_i_front_constrain(const ecp_i_tree *t, ecp_i_front *f, ecp_real 
 {
     int ld = 7 + ecp_i_width(f), i, j;
     f->rank_c = ecp_i_qr(f->constraints, 6, ld, f->C, ld, tau, f->piv_c, t->same, t->same);
-    for (i = 0; i < f->rank_c; i++) {
+    for (i = 0; ECP_I_PAIRS && i < f->rank_c; i++) {
         for (j = 0; j < ld; j++) f->R[ld * i + j] = f->C[ld * i + j];
     }
     ecp_i_solve_rows(f->rank_c, ld, f->R, ld);
@@ -5192,7 +5192,7 @@ static int ecp_i_front_carve(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fron
         f->constraints += t->fronts[i].left_c;
         f->forces += t->fronts[i].left_b;
     }
-    f->R = ecp_i_take_reals(arena, 6, ld);
+    if (ECP_I_PAIRS) f->R = ecp_i_take_reals(arena, 6, ld);
     f->W = ecp_i_take_reals(arena, 6, ld);
     f->G = ecp_i_take_reals(arena, 7, ld);
     f->Bt = ecp_i_take_reals(arena, f->forces + ECP_I_ROWS_FOR_PARENT, 6 + n);
@@ -5200,6 +5200,7 @@ static int ecp_i_front_carve(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fron
     f->tau_l = ecp_i_take_reals(arena, n, 1);
     f->x = ecp_i_take_reals(arena, f->forces + ECP_I_ROWS_FOR_PARENT, 1);
     f->C = ecp_i_take_stack(arena, f->constraints + ECP_I_ROWS_FOR_PARENT, ld);
+    if (!ECP_I_PAIRS) f->R = f->C; /* nobody takes the stack from a front that stands alone */
     f->M = ecp_i_take_stack(arena, 6 + n, ld);
     if (arena->overflow) return 0;
     ECPSIM_MEMSET(f->Bt, 0,
@@ -7146,8 +7147,9 @@ static size_t ecp_i_tree_reals(const ecp_world_desc *d)
     size_t u = 6 * (n - 1 < 12 ? n - 1 : 12);
     size_t left = n > 8 ? 8 : (size_t)ecp_i_most_left(d);
     size_t met = patches * left + n * u, front = (n > 8 ? 32 * left : met) + ECP_I_ROWS_FOR_PARENT;
-    return n * (19 * (7 + u) + u + 12) + (met + ECP_I_ROWS_FOR_PARENT * n) * (7 + u) + /* lasting */
-           front * (7 + u) + (6 + u) * (7 + u) + (n + 1) * 2 * u * (u + 1);            /* stack */
+    return n * ((ECP_I_PAIRS ? 19 : 13) * (7 + u) + u + 12) +
+           (met + ECP_I_ROWS_FOR_PARENT * n) * (7 + u) +                    /* lasting */
+           front * (7 + u) + (6 + u) * (7 + u) + (n + 1) * 2 * u * (u + 1); /* stack */
 }
 
 /* of ecp_advance */

@@ -4167,17 +4167,18 @@ static void ecp_i_multiplier_rows(int count, const ecp_real *l, const ecp_real *
 static void ecp_i_pair_residual(const ecp_i_pair *c, const ecp_real *y, ecp_real h, ecp_real *F)
 {
     ecp_real r, local[3], shrink, unit = -1 / c->L;
-    int i, k, row = 0;
+    int i, k, row;
     ecp_i_mul_t(ecp_i_on_plane(c) ? c->Qa : c->Qb, c->n, local);
     if (ecp_i_on_plane(c)) {
-        for (k = 0; k < 3; k++) F[row++] = c->cone[k] - local[k];
+        ecp_i_sub(c->cone, local, F);
     } else {
-        F[row++] = (ecp_i_dot(c->n, c->n) - 1) / 2;
+        F[0] = (ecp_i_dot(c->n, c->n) - 1) / 2;
         for (i = 0; i < c->nm; i++) {
             ecp_i_axpy(local, y[ecp_i_at_m(c) + i], c->on_b->gb + 3 * i, local);
         }
-        for (k = 0; k < 3; k++) F[row++] = local[k];
+        ecp_i_copy3(local, F + 1);
     }
+    row = ecp_i_on_plane(c) ? 3 : 4;
     ecp_i_multiplier_rows(c->nl, y + 3, c->fa, unit, ecp_i_relax(c), F + row);
     row += c->nl;
     if (!ecp_i_on_plane(c)) {
@@ -5054,18 +5055,13 @@ static void ecp_i_front_open(ecp_i_front *f, ecp_real *tau)
     int ld = 7 + ecp_i_width(f), ldb = 6 + ecp_i_width(f), ldg = f->open + ecp_i_width(f) + 1, i, j;
     const ecp_real *S = f->W + ld * f->rank_b + f->rank_c;
     for (i = 0; i < f->rank_b; i++) {
-        ecp_real row[6], *G = f->G + ldg * i;
-        int free = 6 - f->rank_c;
+        ecp_real *G = f->G + ldg * i, *row = f->G + ldg * f->rank_b;
         /* row i of W in terms of the open velocities and u */
-        ECPSIM_MEMCPY(f->G + ldg * f->rank_b, f->W + ld * i, (size_t)ld * sizeof(ecp_real));
-        ecp_i_insert(f->rank_c, ld, f->R, ld, f->G + ldg * f->rank_b);
-        for (j = 0; j < free; j++) row[j] = f->G[ldg * f->rank_b + f->rank_c + j];
-        ecp_i_permute(free, f->piv_m, row);
-        for (j = 0; j < free; j++) f->G[ldg * f->rank_b + f->rank_c + j] = row[j];
-        ecp_i_insert(f->rank_m, ld - f->rank_c, S, ld, f->G + ldg * f->rank_b + f->rank_c);
-        for (j = 0; j < ldg; j++) {
-            G[j] = f->G[ldg * f->rank_b + f->rank_c + f->rank_m + j] / f->Bt[ldb * i + i];
-        }
+        ECPSIM_MEMCPY(row, f->W + ld * i, (size_t)ld * sizeof(ecp_real));
+        ecp_i_insert(f->rank_c, ld, f->R, ld, row);
+        ecp_i_permute(6 - f->rank_c, f->piv_m, row + f->rank_c);
+        ecp_i_insert(f->rank_m, ld - f->rank_c, S, ld, row + f->rank_c);
+        for (j = 0; j < ldg; j++) G[j] = row[f->rank_c + f->rank_m + j] / f->Bt[ldb * i + i];
     }
     f->rank_g = ecp_i_qr(f->rank_b, f->open, ldg, f->G, ldg, tau, f->piv_g, ECP_I_SAME_FORCE, 0);
     ecp_i_solve_rows(f->rank_g, ldg, f->G, ldg);
@@ -5397,7 +5393,8 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real re
         ecp_i_scale(m->speed, z + 6 * i, dv);
         ecp_i_scale(m->speed / m->length, z + 6 * i + 3, dv + 3);
         ecp_i_move(m, s->h, dv);
-        for (k = 0; k < 3; k++) m->residual[k] = m->mass * dv[k] - m->kick[k];
+        ecp_i_scale(m->mass, dv, m->residual);
+        ecp_i_sub(m->residual, m->kick, m->residual);
         ecp_i_spin_momentum(m->R0, m->body->inertia, dv + 3, m->residual + 3);
         ecp_i_sub(m->residual + 3, m->kick + 3, m->residual + 3);
         m->floor[0] = ecp_i_norm(m->kick);
@@ -8168,7 +8165,8 @@ static void ecp_i_record(ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp
     k->body_a = c->a->body;
     k->body_b = c->b->body;
     ecp_i_scale(c->L, y, c->record->a);
-    for (i = 0; i < 3; i++) centre[i] = body->x[i] + (body->x_carry[i] + c->ma->dx[i]);
+    ecp_i_axpy(body->x_carry, 1, c->ma->dx, centre);
+    ecp_i_axpy(body->x, 1, centre, centre);
     ecp_i_axpy(centre, 1, c->ra, k->point_a);
     ecp_i_axpy(k->point_a, c->d, c->n, k->point_b);
     ecp_i_copy3(c->N, k->normal);

@@ -3925,10 +3925,10 @@ static void ecp_i_tangents(ecp_i_pair *c)
    and these tangents */
 static void ecp_i_set_direction(ecp_i_pair *c)
 {
-    ecp_real across[3] = {0, 0, 0};
+    ecp_real across[3];
     int k, best = 0;
-    if (!ecp_i_is_zero(c->direction)) ecp_i_cross(c->N, c->direction, across);
-    if (ecp_i_is_zero(across) || !(ecp_i_norm(across) > ECP_R(1e-3))) {
+    ecp_i_cross(c->N, c->direction, across);
+    if (!(ecp_i_norm(across) > ECP_R(1e-3))) {
         for (k = 1; k < 3; k++) {
             if (ecp_i_abs(c->N[k]) < ecp_i_abs(c->N[best])) best = k;
         }
@@ -4310,7 +4310,8 @@ static void ecp_i_wrench_column(const ecp_i_pair *c, const ecp_i_motion *m, ecp_
 static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i_change *t,
                          ecp_real h, ecp_real *column)
 {
-    ecp_real dN[3], d_o[3] = {0, 0, 0}, dt[3] = {0, 0, 0}, dF[3] = {0, 0, 0}, dw[3] = {0, 0, 0};
+    ecp_real dN[3] = {0, 0, 0}, d_o[3] = {0, 0, 0}, dt[3] = {0, 0, 0}, dF[3] = {0, 0, 0},
+             dw[3] = {0, 0, 0};
     ecp_real twist[3] = {0, 0, 0}, d = t->d;
     int k, ld = c->columns, row = 3 + c->kl, pair = !ecp_i_on_plane(c);
     int turns = pair && !ecp_i_is_zero(t->n);
@@ -4335,7 +4336,7 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i
         dw[1] = ecp_i_dot(c->o, t->v);
         dw[2] = ecp_i_dot(c->N, t->spin);
     }
-    ecp_i_scale(-1, t->n, dN);
+    if (turns) ecp_i_scale(-1, t->n, dN);
     if (turns && ecp_i_nf(c) > 0) {
         ecp_i_cross(dN, c->direction, d_o);
         ecp_i_axpy(d_o, -ecp_i_dot(c->o, d_o), c->o, d_o);
@@ -4620,7 +4621,7 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
         ecp_i_target(c, y, da, t.p);
         ecp_i_change_ecp(c, da, &t);
     }
-    ecp_i_axpy(t.rows, 1, shift_b, t.rows);
+    if (!ecp_i_on_plane(c)) ecp_i_axpy(t.rows, 1, shift_b, t.rows);
     ecp_i_column(c, &slopes, &t, h, rhs);
     row = ecp_i_on_plane(c) ? 3 : 4;
     for (i = 0; centring && i < c->kl; i++) {
@@ -4718,7 +4719,7 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
             dy[i] = x[k];
         } else if (i < 3 + c->kl) {
             dy[3 + c->active_a[i - 3]] = x[k];
-        } else if (i >= n - 1 - ecp_i_nf(c)) {
+        } else if (ecp_i_on_plane(c) || i >= n - 1 - ecp_i_nf(c)) {
             dy[ecp_i_at_p(c) + i - (n - 1 - ecp_i_nf(c))] = x[k];
         } else if (i == 3 + c->kl) {
             dy[ecp_i_at_d(c)] = x[k];
@@ -5760,10 +5761,12 @@ static ecp_real ecp_i_line_search(const ecp_i_problem *p, const ecp_real *z, ecp
                                   ecp_real relax, ecp_i_search *s, ecp_i_effort *effort)
 {
     ecp_real best = s->slack, t = 1, above = s->error;
-    int i, last = s->compliance >= ECP_I_MOST_COMPLIANCE;
+    ecp_real shortest =
+        s->compliance < ECP_I_MOST_COMPLIANCE ? ECP_I_SHORT_STEP : ECP_I_SHORTEST_STEP;
+    int i;
     for (i = 0; i < ECP_I_MEMORY; i++) best = ecp_i_max(best, s->merits[i]);
     s->slack /= 4;
-    for (; t >= (last ? ECP_I_SHORTEST_STEP : ECP_I_SHORT_STEP); t /= 2) {
+    for (; t >= shortest; t /= 2) {
         ecp_i_try(p, z, t, relax, s, effort);
         if (s->error <= tolerance) return t;
         if (above <= tolerance) return 0;
@@ -7819,8 +7822,8 @@ static ecp_real ecp_i_sweep_speed(const ecp_i_part *part, const ecp_i_motion *m,
         own[k] = ecp_i_abs(own[k]);
         r[k] = ecp_i_abs(part->box_centre[k]) + part->box_half[k];
     }
-    for (k = 0; k < 3; k++)
-        u[k] = own[(k + 1) % 3] * r[(k + 2) % 3] + own[(k + 2) % 3] * r[(k + 1) % 3];
+    ecp_i_set3(own[1] * r[2] + own[2] * r[1], own[2] * r[0] + own[0] * r[2],
+               own[0] * r[1] + own[1] * r[0], u);
     return ecp_i_norm(u);
 }
 
@@ -8106,7 +8109,9 @@ static ecp_real ecp_i_centring_length(const ecp_i_island *s, const ecp_real *z, 
             slack = ecp_i_sqrt(ECP_I_EPSILON) * c->L;
             for (k = 0; k < 3; k++) a[k] = c->L * (z[c->at + k] + t * most * dz[c->at + k]);
             ecp_i_pair_place(c, a);
-            for (j = 0; j < c->nl; j++) inside &= c->fa[j] <= slack || z[c->at + 3 + j] > slack;
+            for (j = 0; j < c->nl; j++) {
+                if (!(c->fa[j] <= slack || z[c->at + 3 + j] > slack)) inside = 0;
+            }
         }
         if (inside) return t * most;
     }

@@ -3835,7 +3835,7 @@ typedef struct ecp_i_pair {
     ecp_real cone[3];                /* sum l_i grad f_i, frame of A */
     ecp_real Qa[9], Qb[9];           /* primitive to world */
     ecp_real n[3], N[3], t[3], o[3]; /* world */
-    ecp_real c[3], c_norm;           /* N x direction, before normalisation */
+    ecp_real c_norm;                 /* |N x direction| */
     ecp_real turned[3];              /* what the turn of A adds to ra0 */
     ecp_real ra[3], rb[3];           /* from the centres of mass to a */
     ecp_real d;
@@ -3914,10 +3914,10 @@ static ecp_real ecp_i_fb(ecp_real a, ecp_real b, ecp_real tau, ecp_real *da, ecp
 /* tangents o = N x direction normalised, t = o x N */
 static void ecp_i_tangents(ecp_i_pair *c)
 {
-    ecp_i_cross(c->N, c->direction, c->c);
-    c->c_norm = ecp_i_norm(c->c);
+    ecp_i_cross(c->N, c->direction, c->o);
+    c->c_norm = ecp_i_norm(c->o);
     if (!(c->c_norm > 0)) c->c_norm = 1;
-    ecp_i_scale(1 / c->c_norm, c->c, c->o);
+    ecp_i_scale(1 / c->c_norm, c->o, c->o);
     ecp_i_cross(c->o, c->N, c->t);
 }
 

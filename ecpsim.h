@@ -1134,7 +1134,11 @@ static void ecp_i_set3(ecp_real a, ecp_real b, ecp_real c, ecp_real out[3])
     out[2] = c;
 }
 
-static void ecp_i_copy3(const ecp_real a[3], ecp_real out[3]) { ecp_i_set3(a[0], a[1], a[2], out); }
+static void ecp_i_copy3(const ecp_real a[3], ecp_real out[3])
+{
+    int k;
+    for (k = 0; k < 3; k++) out[k] = a[k];
+}
 
 static int ecp_i_equal(const ecp_real a[3], const ecp_real b[3])
 {

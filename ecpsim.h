@@ -1480,6 +1480,24 @@ static void ecp_i_reflect_columns(int k, int m, int n, ecp_real *A, int ld, ecp_
     for (; j < n; j++) ecp_i_reflect(k, m, A, ld, tau, A + j, ld);
 }
 
+static void ecp_i_exchange_columns(ecp_real *A, int ld, int rows, int a, int b)
+{
+    int i;
+    if (a == b) return;
+    for (i = 0; i < rows; i++) {
+        ecp_real t = A[i * ld + a];
+        A[i * ld + a] = A[i * ld + b];
+        A[i * ld + b] = t;
+    }
+}
+
+static void ecp_i_exchange_ints(int *x, int a, int b)
+{
+    int t = x[a];
+    x[a] = x[b];
+    x[b] = t;
+}
+
 /* QR with column pivoting of the first n columns, applied to the others up to `all`; columns are
    zero when they are no longer than the tolerance times the first one, or than the floor */
 static int ecp_i_qr(int m, int n, int all, ecp_real *A, int ld, ecp_real *tau, int *piv,
@@ -1500,16 +1518,8 @@ static int ecp_i_qr(int m, int n, int all, ecp_real *A, int ld, ecp_real *tau, i
         }
         if (k == 0) first = best;
         if (!(best > ecp_i_max(tolerance * first, floor))) return k;
-        if (p != k) {
-            for (i = 0; i < m; i++) {
-                ecp_real t = A[i * ld + p];
-                A[i * ld + p] = A[i * ld + k];
-                A[i * ld + k] = t;
-            }
-            i = piv[p];
-            piv[p] = piv[k];
-            piv[k] = i;
-        }
+        ecp_i_exchange_columns(A, ld, m, k, p);
+        ecp_i_exchange_ints(piv, k, p);
         alpha = A[k * ld + k];
         beta = alpha > 0 ? -best : best;
         tau[k] = (beta - alpha) / beta;
@@ -1601,24 +1611,6 @@ static void ecp_i_exchange_rows(ecp_real *A, int ld, int cols, int a, int b)
         A[a * ld + j] = A[b * ld + j];
         A[b * ld + j] = t;
     }
-}
-
-static void ecp_i_exchange_columns(ecp_real *A, int ld, int rows, int a, int b)
-{
-    int i;
-    if (a == b) return;
-    for (i = 0; i < rows; i++) {
-        ecp_real t = A[i * ld + a];
-        A[i * ld + a] = A[i * ld + b];
-        A[i * ld + b] = t;
-    }
-}
-
-static void ecp_i_exchange_ints(int *x, int a, int b)
-{
-    int t = x[a];
-    x[a] = x[b];
-    x[b] = t;
 }
 
 ECP_DEF int ecp_eliminate(ecp_real *A, int ld, int all_rows, int all_cols, int rows, int cols,

@@ -4250,8 +4250,9 @@ static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_i_slopes *s)
         s->p = 0;
         s->d = 1;
     }
+    if (ecp_i_nf(c) == 0) return;
     s->slips = c->outer > 0 && (tau2 > 0 || !(apart <= 0));
-    if (ecp_i_nf(c) == 0 || !s->slips) return;
+    if (!s->slips) return;
     q = ecp_i_smooth_abs(apart, tau2);
     size = ecp_i_smooth_abs(p, tau2);
     s->outer = (1 + apart / q) / 2;
@@ -8330,6 +8331,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
         ecp_i_pair *c = s.pairs[i];
         ecp_i_record(c, z + c->at, s.h, step->o);
         if (!centred) c->record->centred = effort.iterations < effort.most ? -1 : 0;
+        if (!ECP_I_FRICTION) continue;
         step->r->worst_cone = ecp_i_max(step->r->worst_cone, ecp_i_cone_violation(c));
     }
     return ECP_OK;

@@ -143,7 +143,7 @@ if command -v "$arm" >/dev/null && command -v qemu-system-arm >/dev/null; then
         no_doubles "$out/arm-$scene" || failed=$((failed + 1))
     done
     macros
-    limit 'flash, ball' "${flash_arm_BALL:-999999}" 12000 23900
+    limit 'flash, ball' "${flash_arm_BALL:-999999}" 12000 23800
     limit 'flash, table' "${flash_arm_TABLE:-999999}" 20000 27400
     limit 'RAM, table' "${ram_arm_TABLE:-999999}" 8000 12900
 else

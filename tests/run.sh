@@ -354,7 +354,7 @@ EOF
 #      unsolved than are known (README, Limits); these numbers may only go down
 
 known_double=0
-known_float=1
+known_float=0
 known_float_advance=1
 
 unsolved_within() {

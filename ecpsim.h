@@ -5855,7 +5855,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             ecp_real rest = t < 1 || 4 * s.error > above ? ECP_R(0.25) : s.error / above;
             s.compliance = s.compliance < ECP_I_NO_COMPLIANCE
                                ? ECP_R(0)
-                               : s.compliance * ecp_i_max(rest, ECP_R(0.02));
+                               : s.compliance * ecp_i_max(rest, ECP_R(0.01));
         } else if (s.error > 2 * above) {
             s.compliance *= 4;
         }

@@ -9493,7 +9493,8 @@ static ecp_real ecp_i_nth_root(ecp_real x, int k)
     ecp_real y = 1, power;
     int i, j;
     if (!(x > 0)) return 0;
-    /* x = m 4096^-n: one factor at a time */
+    if (!ecp_i_finite(x)) return x;
+    /* one factor of 1000 at a time */
     if (x < ECP_R(1e-3)) return ecp_i_nth_root(x * 1000, k) / ecp_i_nth_root(ECP_R(1000.0), k);
     if (x > ECP_R(1e3)) return ecp_i_nth_root(x / 1000, k) * ecp_i_nth_root(ECP_R(1000.0), k);
     if (x > 1) y = 1 + (x - 1) / (ecp_real)k;

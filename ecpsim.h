@@ -178,9 +178,10 @@
 
    LIMITS
    A step is first order in h, like every time-stepping scheme of this kind; impacts do not bounce.
-   Two thin bodies that pass each other entirely within one step are not seen. A cone's tip is a disc of 1e-5
-   of its size. With several contacts the impulses are one solution of many. Where a body turns far
-   within a step its gyroscopic moment is taken at the end of the step, not at the beginning.
+   Two thin bodies that pass each other entirely within one step are not seen. A cone's tip is a
+   disc of 1e-5 of its size. With several contacts the impulses are one solution of many. Where a
+   body turns far within a step its gyroscopic moment is taken at the end of the step, not at the
+   beginning.
 
    REAL TIME
    options.max_total_iterations bounds the Newton iterations of a step, all attempts together; a step
@@ -1031,8 +1032,8 @@ static ecp_real ecp_i_sqrt(ecp_real x) { return ECPSIM_SQRT(x); }
 static ecp_real ecp_i_max(ecp_real a, ecp_real b) { return a > b ? a : b; }
 static ecp_real ecp_i_min(ecp_real a, ecp_real b) { return a < b ? a : b; }
 
-/* |x|. For what is written in the language alone, which must take the sign off zero too, compilers have
-   no instruction. */
+/* |x|: one instruction where the compiler offers it by name. It does not find it in the last form, as
+   -0 has to lose its sign. */
 static ecp_real ecp_i_abs(ecp_real x)
 {
 #if defined(__GNUC__) && defined(ECPSIM_FLOAT)
@@ -1480,14 +1481,14 @@ static void ecp_i_reflect_columns(int k, int m, int n, ecp_real *A, int ld, ecp_
     for (; j < n; j++) ecp_i_reflect(k, m, A, ld, tau, A + j, ld);
 }
 
-static void ecp_i_exchange_columns(ecp_real *A, int ld, int rows, int a, int b)
+/* exchanges two rows or columns of n entries, each `stride` behind the one before */
+static void ecp_i_exchange(int n, ecp_real *a, ecp_real *b, int stride)
 {
     int i;
-    if (a == b) return;
-    for (i = 0; i < rows; i++) {
-        ecp_real t = A[i * ld + a];
-        A[i * ld + a] = A[i * ld + b];
-        A[i * ld + b] = t;
+    for (i = 0; a != b && i < n; i++) {
+        ecp_real t = a[stride * i];
+        a[stride * i] = b[stride * i];
+        b[stride * i] = t;
     }
 }
 
@@ -1518,7 +1519,7 @@ static int ecp_i_qr(int m, int n, int all, ecp_real *A, int ld, ecp_real *tau, i
         }
         if (k == 0) first = best;
         if (!(best > ecp_i_max(tolerance * first, floor))) return k;
-        ecp_i_exchange_columns(A, ld, m, k, p);
+        ecp_i_exchange(m, A + k, A + p, ld);
         ecp_i_exchange_ints(piv, k, p);
         alpha = A[k * ld + k];
         beta = alpha > 0 ? -best : best;
@@ -1602,17 +1603,6 @@ ECP_DEF int ecp_least_squares(int m, int n, ecp_real *A, int ld, ecp_real *b, ec
     return rank;
 }
 
-static void ecp_i_exchange_rows(ecp_real *A, int ld, int cols, int a, int b)
-{
-    int j;
-    if (a == b) return;
-    for (j = 0; j < cols; j++) {
-        ecp_real t = A[a * ld + j];
-        A[a * ld + j] = A[b * ld + j];
-        A[b * ld + j] = t;
-    }
-}
-
 ECP_DEF int ecp_eliminate(ecp_real *A, int ld, int all_rows, int all_cols, int rows, int cols,
                           int first, int mask, ecp_real tolerance, int *row_tag, int *col_tag,
                           int *row_order, int *col_order)
@@ -1633,8 +1623,8 @@ ECP_DEF int ecp_eliminate(ecp_real *A, int ld, int all_rows, int all_cols, int r
             }
         }
         if (p < 0) break;
-        ecp_i_exchange_rows(A, ld, all_cols, k, p);
-        ecp_i_exchange_columns(A, ld, all_rows, k, q);
+        ecp_i_exchange(all_cols, A + k * ld, A + p * ld, 1);
+        ecp_i_exchange(all_rows, A + k, A + q, ld);
         ecp_i_exchange_ints(row_tag, k, p);
         if (row_order) ecp_i_exchange_ints(row_order, k, p);
         ecp_i_exchange_ints(col_tag, k, q);
@@ -3837,7 +3827,7 @@ typedef struct ecp_i_pair {
     ecp_real d;
     ecp_real d_floor, d_noise;     /* rounding error of the gap as a distance, and in its row */
     ecp_real n_noise;              /* and of the rows of the normal, from the last Newton step */
-    ecp_real strict;               /* how much more than for other rows the gap's residual counts */
+    ecp_real gap_weight;           /* >= 1, of the gap's residual */
     ecp_real v[3], spin[3];        /* of A relative to B at a */
     ecp_real force[3];             /* impulse on A */
     ecp_real p[4];                 /* p_n / P, y */
@@ -4250,8 +4240,7 @@ static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_i_slopes *s)
         s->p = 0;
         s->d = 1;
     }
-    if (ecp_i_nf(c) == 0) return;
-    s->slips = c->outer > 0 && (tau2 > 0 || !(apart <= 0));
+    s->slips = ecp_i_nf(c) > 0 && c->outer > 0 && (tau2 > 0 || !(apart <= 0));
     if (!s->slips) return;
     q = ecp_i_smooth_abs(apart, tau2);
     size = ecp_i_smooth_abs(p, tau2);
@@ -5431,7 +5420,7 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real re
             ecp_i_worst(&worst, ecp_i_abs(row[r]) - geometry - c->n_noise);
         }
         for (; r < gap; r++) ecp_i_worst(&worst, ecp_i_abs(row[r]) - geometry);
-        ecp_i_worst(&worst, c->strict * (ecp_i_abs(row[r++]) - c->d_noise / (s->h * c->V)));
+        ecp_i_worst(&worst, c->gap_weight * (ecp_i_abs(row[r++]) - c->d_noise / (s->h * c->V)));
         for (; r < c->count; r++) ecp_i_worst(&worst, ecp_i_abs(row[r]) - friction);
     }
     for (i = 0; i < ecp_i_body_count(s); i++) {
@@ -5866,7 +5855,8 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             (s.error <= ecp_i_aim(tolerance) || 2 * s.error > above)) {
             return 1;
         }
-        /* (no finer than the residual, or what it has yet to bring calls for forces of its own) */
+        /* constraints are told apart no more finely than they hold yet: forces would fight over the
+           difference */
         if (2 * s.error > above) {
             s.fine = ecp_i_max(ecp_i_min(s.fine / 10, 100 * s.error), s.error / 10);
         }
@@ -7919,7 +7909,7 @@ static void ecp_i_island_units(ecp_i_island *s)
         ecp_i_pair *c = s->pairs[i];
         c->V = speed;
         /* a gap is held to the tolerance times a thousand radii, however far points move in the step */
-        c->strict = ecp_i_max(1, s->h * speed / (1000 * c->a->shape.radius));
+        c->gap_weight = ecp_i_max(1, s->h * speed / (1000 * c->a->shape.radius));
         c->L = c->carried->length;
         if (ecp_i_moves_a(c) && ecp_i_moves_b(c)) c->L = ecp_i_min(c->ma->length, c->mb->length);
         load = c->carried->load / (ecp_real)c->carried->loads;
@@ -7979,10 +7969,10 @@ static void ecp_i_aside(const ecp_i_pair *c, int k, ecp_real a[3])
 
 /* Start k: the patches warm (0), geometric (1), from several points each (2), geometric for the pose
    that a part of the free motion leads to (3 to 6), or geometric with the ECPs to one side (7 to 10).
-   The warm start's velocities balance its impulses (a patch without a history knows its load but not where it acts, and gets no
-   moment); those that are nothing but the rounding of that balance, or that the rounding floors of the
-   patches would let pass, are zero instead, or they would add up to a drift, or come and go in turn
-   with the impulse that takes them back. */
+   The warm start's velocities balance its impulses (a patch without a history knows its load but not
+   where it acts, and gets no moment); those that are nothing but the rounding of that balance, or that
+   the rounding floors of the patches would let pass, are zero instead, or they would add up to a drift,
+   or come and go in turn with the impulse that takes them back. */
 static int ecp_i_island_start(void *self, int k, ecp_real *z)
 {
     static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)}, none[3] = {0, 0, 0};
@@ -8379,7 +8369,7 @@ static ecp_status ecp_i_verify(ecp_i_step *s)
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs + i;
         ecp_real gap = c->record->contact.separation;
-        ecp_real size = s->h * c->V / c->strict + c->a->shape.radius;
+        ecp_real size = s->h * c->V / c->gap_weight + c->a->shape.radius;
         ecp_real limit = -c->d_floor - 4 * s->o->tolerance * size;
         if (i == 0 || gap < s->r->worst_gap) s->r->worst_gap = gap;
         if (ecp_i_is_asleep(c->ma) || ecp_i_is_asleep(c->mb))

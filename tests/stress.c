@@ -1,8 +1,9 @@
 /* The stress run: stress [quick|full] [family] [case]
 
    Families of scenes, each built from a seed, so that `stress full pair 17` repeats one case, with a
-   line a step on stderr. STRESS_SEED=1 stress full: other cases of the same families, for any number. After every step the report is counted, and penetration is measured by code that knows nothing of the
-   solver (distance.h). A step that is not solved ends its case. One row a family, and the sum:
+   line a step on stderr. STRESS_SEED=1 stress full: other cases of the same families, for any number.
+   After every step the report is counted, and penetration is measured by code that knows nothing of
+   the solver (distance.h). A step that is not solved ends its case. One row a family, and the sum:
 
      geom .. sub   steps that needed each fallback
      depth         worst penetration, in relation to the smaller body of the pair

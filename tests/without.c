@@ -1,8 +1,9 @@
-/* What ECPSIM_NO_PAIRS and ECPSIM_FALLBACKS=0 do, to be compiled with both: balls fall on the ground and
-   pass through each other, as the manual says; fallbacks that are not there can not be asked for.
+/* What ECPSIM_NO_PAIRS and ECPSIM_FALLBACKS=0 do, to be compiled with both: balls fall on the ground
+   and pass through each other, as the manual says; fallbacks that are not there can not be asked for.
 
-   And with ECPSIM_NO_FRICTION, ECPSIM_NO_SLEEP and ECPSIM_NO_CENTRING, or with none of them: what these leave out can not be asked for, and a box slides on without friction. It prints the
-   state of balls without friction after 200 steps, which is the same to the last bit either way. */
+   And with ECPSIM_NO_FRICTION, ECPSIM_NO_SLEEP and ECPSIM_NO_CENTRING, or with none of them: what
+   these leave out can not be asked for, and a box slides on without friction. It prints the state of
+   balls without friction after 200 steps, which is the same to the last bit either way. */
 #define ECPSIM_IMPLEMENTATION
 #include "../ecpsim.h"
 

@@ -336,7 +336,7 @@ static void elimination_arrange(elimination_island *e, unsigned seed)
 
 static void elimination_vectors(elimination_island *e)
 {
-    ecp_real *vectors[6];
+    ecp_real *vectors[ECP_I_VECTORS];
     int i, at, n = e->s.body_count;
     elimination_arrange(e, 0);
     ecp_i_carve_vectors(&e->arena, e->s.unknowns, vectors);

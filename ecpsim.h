@@ -5645,15 +5645,14 @@ typedef struct ecp_i_problem {
 
 typedef struct ecp_i_effort {
     int iterations, evaluations, fallbacks;
-    int most; /* iterations that may be made */
-    int cut;  /* more were wanted */
+    int most; /* iterations that may be made; -1: more were wanted */
 } ecp_i_effort;
 
 /* nothing done yet, and what options.max_total_iterations leaves after so many iterations elsewhere */
 static ecp_i_effort ecp_i_effort_after(const ecp_options *o, int iterations)
 {
     ecp_i_effort effort;
-    effort.iterations = effort.evaluations = effort.fallbacks = effort.cut = 0;
+    effort.iterations = effort.evaluations = effort.fallbacks = 0;
     effort.most = 0x7fffffff;
     if (o->max_total_iterations > 0) {
         effort.most =
@@ -5837,8 +5836,10 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     s.fine = 1;
     s.compliance = s.stride = s.miss = 0;
     for (k = 0; k < most; k++) {
-        effort->cut = effort->iterations >= effort->most;
-        if (effort->cut) break;
+        if (effort->iterations >= effort->most) {
+            effort->most = -1;
+            break;
+        }
         if (!p->step(p->self, z, p->F, s.fine, s.compliance, p->dz)) return s.error <= tolerance;
         effort->iterations++;
         before = s.largest;
@@ -8365,7 +8366,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     for (i = 0; i < s.pair_count; i++) {
         ecp_i_pair *c = s.pairs[i];
         ecp_i_record(c, z + c->at, s.h, step->o);
-        if (!centred) c->record->centred = effort.cut ? 0 : -1;
+        if (!centred) c->record->centred = effort.most < 0 ? 0 : -1;
         if (!ECP_I_FRICTION) continue;
         step->r->worst_cone = ecp_i_max(step->r->worst_cone, ecp_i_cone_violation(c));
     }

@@ -107,17 +107,17 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 45,316.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 45,740.
 
-       ECPSIM_NO_PAIRS     12,532  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     12,560  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   3,236  contacts are smooth, whatever the materials say
-       ECPSIM_NO_SLEEP      1,280  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   1,160  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     5,088  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
+       ECPSIM_NO_FRICTION   3,232  contacts are smooth, whatever the materials say
+       ECPSIM_NO_SLEEP      1,324  options.sleep = 1 is ECP_BAD_OPTION
+       ECPSIM_NO_CENTRING   1,152  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS     5,484  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
                                    nothing is said). Options that ask for others are ECP_BAD_OPTION.
-                                   1,488 if it is ECP_FALLBACK_GEOMETRIC; without
-                                   ECP_FALLBACK_SUBSTEPS 796 and the work memory for a second state
+                                   1,900 if it is ECP_FALLBACK_GEOMETRIC; without
+                                   ECP_FALLBACK_SUBSTEPS 788 and the work memory for a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
@@ -5891,11 +5891,11 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
 static int ecp_i_continue(const ecp_i_problem *p, int haste, ecp_real tolerance, int limit,
                           ecp_real *z, ecp_i_effort *effort)
 {
-    const ecp_real stride = haste ? ECP_R(10) : ECP_R(4), near = haste ? ECP_R(0.3) : ECP_R(0.01);
+    const ecp_real stride = haste ? ECP_R(10) : ECP_R(4), part = haste ? ECP_R(0.3) : ECP_R(0.01);
     ecp_real relax = haste ? ECP_R(0.1) : ECP_R(1), next = ECP_R(3e-5);
     effort->fallbacks |= ECP_FALLBACK_CONTINUATION;
     for (; relax > tolerance / 100; relax /= stride) {
-        ecp_i_newton(p, 0, ecp_i_max(relax * near, tolerance), haste ? ECP_I_HASTY_LIMIT : limit,
+        ecp_i_newton(p, 0, ecp_i_max(relax * part, tolerance), haste ? ECP_I_HASTY_LIMIT : limit,
                      relax, z, effort);
         if (!ecp_i_all_finite(p->n, z)) return 0;
         if (!haste || relax > next) continue;

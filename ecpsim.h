@@ -5639,6 +5639,8 @@ typedef struct ecp_i_problem {
     /* takes this share of all that moves the bodies, or NULL; with none, the start number
        ECP_I_START_AT_REST is a solution or close to one */
     void (*load)(void *self, ecp_real share);
+    /* multiplies rho of the friction rows, on which no solution depends, or NULL */
+    void (*scale_rho)(void *self, ecp_real factor);
     ecp_real *F, *dz, *trial, *drift, *kept; /* n each */
     ecp_real *stalled;                       /* the same, or NULL: no continuation in haste */
 } ecp_i_problem;
@@ -5730,9 +5732,6 @@ static ecp_real ecp_i_content(ecp_real tolerance)
 
 /* a search whose steps are damped may take as many times its limit */
 #define ECP_I_DAMPED_LIMIT 4
-
-/* the limit of the searches of a continuation in haste */
-#define ECP_I_HASTY_LIMIT 15
 
 /* strides begin at residuals below the first, are not longer than the second, and do not raise the
    merit above the third */
@@ -5884,27 +5883,68 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     return s.error <= tolerance;
 }
 
+/* How the solution of the relaxed problem is followed: where relaxation begins; what divides it from one
+   search to the next; the residual that a search aims at, in relaxations; and, in haste, the limit of
+   its iterations and what is left of relaxation from one trial of the true problem to the next. */
+#define ECP_I_FIRST_RELAX ECP_R(1)
+#define ECP_I_RELAX_DIVISOR ECP_R(4)
+#define ECP_I_RELAX_PART ECP_R(0.01)
+#define ECP_I_HASTY_FIRST_RELAX ECP_R(0.1)
+#define ECP_I_HASTY_DIVISOR ECP_R(10)
+#define ECP_I_HASTY_PART ECP_R(0.3)
+#define ECP_I_HASTY_LIMIT 15
+#define ECP_I_HASTY_FIRST_TRIAL ECP_R(3e-5)
+#define ECP_I_HASTY_TRIALS ECP_R(1e-3)
+
+/* rho of the second continuation: a power of two, so that it is taken back exactly */
+#define ECP_I_SMALL_RHO ECP_R(0.0078125)
+
 /* Follows the solution of the relaxed problem, in which complementarity is smoothed, faces are curved and
-   contacts give way, until that is far below the tolerance, then solves the true one. In haste it takes
-   longer strides, stays less close to the path, and tries the true problem whenever it has come down a
-   thousandfold: most often that is solved from far above the tolerance. */
-static int ecp_i_continue(const ecp_i_problem *p, int haste, ecp_real tolerance, int limit,
+   contacts give way, until that is far below the tolerance. Returns 0 if it is lost to infinity. */
+static int ecp_i_follow(const ecp_i_problem *p, ecp_real tolerance, int limit, ecp_real *z,
+                        ecp_i_effort *effort)
+{
+    ecp_real relax = ECP_I_FIRST_RELAX;
+    for (; relax > tolerance / 100; relax /= ECP_I_RELAX_DIVISOR) {
+        ecp_i_newton(p, 0, ecp_i_max(relax * ECP_I_RELAX_PART, tolerance), limit, relax, z, effort);
+        if (!ecp_i_all_finite(p->n, z)) return 0;
+    }
+    return 1;
+}
+
+/* Continuation from z to the true problem. A contact is taken to stick where rho times its slip is within
+   the cone's radius, mu p_n. Where a load is light beside the momenta in play (a top that spins on its
+   flat base: in units of these 5e-4) that is so little slip that Newton does not find the way from
+   slipping to sticking unless rho is small. */
+static int ecp_i_continue(const ecp_i_problem *p, ecp_real rho, ecp_real tolerance, int limit,
                           ecp_real *z, ecp_i_effort *effort)
 {
-    const ecp_real stride = haste ? ECP_R(10) : ECP_R(4), part = haste ? ECP_R(0.3) : ECP_R(0.01);
-    ecp_real relax = haste ? ECP_R(0.1) : ECP_R(1), next = ECP_R(3e-5);
+    int finite;
     effort->fallbacks |= ECP_FALLBACK_CONTINUATION;
-    for (; relax > tolerance / 100; relax /= stride) {
-        ecp_i_newton(p, 0, ecp_i_max(relax * part, tolerance), haste ? ECP_I_HASTY_LIMIT : limit,
-                     relax, z, effort);
+    if (p->scale_rho) p->scale_rho(p->self, rho);
+    finite = ecp_i_follow(p, tolerance, limit, z, effort);
+    if (p->scale_rho) p->scale_rho(p->self, 1 / rho);
+    return finite && ecp_i_newton(p, 0, tolerance, limit, 0, z, effort);
+}
+
+/* The same with longer strides, less close to the path; tries the true problem whenever relaxation has
+   come down a thousandfold: most often that is solved from far above the tolerance. */
+static int ecp_i_continue_in_haste(const ecp_i_problem *p, ecp_real tolerance, ecp_real *z,
+                                   ecp_i_effort *effort)
+{
+    ecp_real relax = ECP_I_HASTY_FIRST_RELAX, trial = ECP_I_HASTY_FIRST_TRIAL;
+    effort->fallbacks |= ECP_FALLBACK_CONTINUATION;
+    for (; relax > tolerance / 100; relax /= ECP_I_HASTY_DIVISOR) {
+        ecp_i_newton(p, 0, ecp_i_max(relax * ECP_I_HASTY_PART, tolerance), ECP_I_HASTY_LIMIT, relax,
+                     z, effort);
         if (!ecp_i_all_finite(p->n, z)) return 0;
-        if (!haste || relax > next) continue;
-        next /= 1000;
+        if (relax > trial) continue;
+        trial *= ECP_I_HASTY_TRIALS;
         ECPSIM_MEMCPY(p->kept, z, (size_t)p->n * sizeof(ecp_real));
         if (ecp_i_newton(p, 0, tolerance, ECP_I_HASTY_LIMIT, 0, z, effort)) return 1;
         ECPSIM_MEMCPY(z, p->kept, (size_t)p->n * sizeof(ecp_real));
     }
-    return ecp_i_newton(p, 0, tolerance, limit, 0, z, effort);
+    return 0;
 }
 
 #define ECP_I_START_AT_REST 4
@@ -5935,9 +5975,9 @@ static int ecp_i_ramp(const ecp_i_problem *p, ecp_real tolerance, int limit, ecp
     return share >= 1;
 }
 
-/* From this many unknowns on continuation, in haste, is the first thing that is tried. In piles of 160
-   and more bodies it takes a third to two thirds of the time that the other starts take, and a tenth in
-   the worst steps; small islands the geometric starts solve as quickly. */
+/* From this many unknowns on continuation in haste comes before anything else that follows Newton from the
+   warm start: in large piles that takes many iterations, most of them in vain; small islands the
+   geometric starts solve as quickly. */
 #define ECP_I_MANY 1500
 
 /* Newton from start k; continuation where there are many unknowns; then Newton again from where it has
@@ -5949,7 +5989,7 @@ static int ecp_i_attempt(const ecp_i_problem *p, int k, const ecp_options *o, ec
     if (k == 0 && p->stalled && p->n >= ECP_I_MANY && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
         ECPSIM_MEMCPY(p->stalled, z, (size_t)p->n * sizeof(ecp_real));
         p->start(p->self, k, z);
-        if (ecp_i_continue(p, 1, o->tolerance, o->max_iterations, z, effort)) return 1;
+        if (ecp_i_continue_in_haste(p, o->tolerance, z, effort)) return 1;
         ECPSIM_MEMCPY(z, p->stalled, (size_t)p->n * sizeof(ecp_real));
         p->residual(p->self, z, 0, p->F);
         effort->evaluations++;
@@ -5960,8 +6000,19 @@ static int ecp_i_attempt(const ecp_i_problem *p, int k, const ecp_options *o, ec
     return ecp_i_newton(p, 0, o->tolerance, o->max_iterations, 0, z, effort);
 }
 
+/* Continuation from start k, and once more with a small rho. */
+static int ecp_i_continue_from(const ecp_i_problem *p, int k, const ecp_options *o, ecp_real *z,
+                               ecp_i_effort *effort)
+{
+    p->start(p->self, k, z);
+    if (ecp_i_continue(p, 1, o->tolerance, o->max_iterations, z, effort)) return 1;
+    if (!p->scale_rho) return 0;
+    p->start(p->self, k, z);
+    return ecp_i_continue(p, ECP_I_SMALL_RHO, o->tolerance, o->max_iterations, z, effort);
+}
+
 /* The chain of attempts: Newton from the warm and the two geometric starts; from the second of these
-   continuation in the relaxation, now with care, and in the load; then the disturbed starts, by Newton
+   continuation in the relaxation, with care, and in the load; then the disturbed starts, by Newton
    (fully relaxed all starts lead to one solution). */
 static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *o, ecp_real *z,
                        ecp_i_effort *effort)
@@ -5976,8 +6027,7 @@ static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *o, ecp_real *z
             if (ecp_i_attempt(p, k, o, z, effort)) return 1;
         }
         if (k == 2 && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
-            p->start(p->self, k, z);
-            if (ecp_i_continue(p, 0, o->tolerance, limit, z, effort)) return 1;
+            if (ecp_i_continue_from(p, k, o, z, effort)) return 1;
         }
         if (k == 2 && p->load && ecp_i_may(o, ECP_FALLBACK_LOAD)) {
             if (ecp_i_ramp(p, o->tolerance, limit, z, effort)) return 1;
@@ -6143,6 +6193,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     p.start = ecp_i_mcp_start;
     p.repair = NULL;
     p.load = NULL;
+    p.scale_rho = NULL;
     p.kept = p.stalled = NULL;
     ECPSIM_MEMCPY(s.z0, z, (size_t)size * sizeof(ecp_real));
     effort = ecp_i_effort_after(&o, 0);
@@ -8125,6 +8176,13 @@ static void ecp_i_island_load(void *self, ecp_real share)
     }
 }
 
+static void ecp_i_island_scale_rho(void *self, ecp_real factor)
+{
+    const ecp_i_island *s = (const ecp_i_island *)self;
+    int i;
+    for (i = 0; i < s->pair_count; i++) s->pairs[i]->rho *= factor;
+}
+
 /* keeps a centring step among the solutions: the largest of 1, 1/2, 1/4, .. for which no ECP leaves
    its primitive sideways, cut where a normal impulse would turn negative */
 static ecp_real ecp_i_centring_length(const ecp_i_island *s, const ecp_real *z, const ecp_real *dz)
@@ -8317,6 +8375,9 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     p.start = ecp_i_island_start;
     p.repair = (ECPSIM_FALLBACKS)&ECP_FALLBACK_GEOMETRIC ? ecp_i_island_repair : NULL;
     p.load = (ECPSIM_FALLBACKS)&ECP_FALLBACK_LOAD ? ecp_i_island_load : NULL;
+    p.scale_rho = (ECPSIM_FALLBACKS)&ECP_FALLBACK_CONTINUATION && ECP_I_FRICTION
+                      ? ecp_i_island_scale_rho
+                      : NULL;
     p.kept = best;
     p.drift = vectors[5];
     p.stalled = ECP_I_VECTORS > 6 ? vectors[ECP_I_VECTORS - 1] : NULL;

@@ -10,6 +10,7 @@ static int fallbacks_of_the_step;
 #include "fallbacks/multistart.inc"
 #include "fallbacks/load.inc"
 #include "fallbacks/substeps.inc"
+#include "fallbacks/sticking.inc"
 
 typedef ecp_status dumped(ecp_world **world, ecp_report *report);
 
@@ -35,6 +36,26 @@ static void check_fallback(dumped *step, int fallback)
     CHECK(r.fallbacks != 0);
 }
 
+/* continuation finds from slipping to sticking under a load of 5e-4 of the momenta in play */
+static void test_fallbacks_sticking(void)
+{
+    ecp_world *w = NULL;
+    ecp_report r;
+    ecp_contact c;
+    ecp_real x[3], v[3], spin[3];
+    double friction;
+    fallbacks_of_the_step = ECP_FALLBACK_CONTINUATION;
+    CHECK(step_sticking(&w, &r) == ECP_OK);
+    CHECK(r.fallbacks == ECP_FALLBACK_CONTINUATION);
+    CHECK(ecp_contact_count(w) == 1);
+    CHECK(ecp_contact_get(w, 0, &c) == ECP_OK && c.mode == ECP_STICK);
+    CHECK(ecp_body_get_state(w, 1, x, NULL, v, spin) == ECP_OK);
+    friction = sqrt(v[0] * v[0] + v[1] * v[1]) / (spin[2] * x[2]);
+    CHECK(friction > 0.85 && friction < 0.9);
+    CHECK_NEAR(sqrt(c.p_t * c.p_t + c.p_o * c.p_o) / c.p_n, friction, 1e-8);
+    free(w);
+}
+
 static void test_fallbacks(void)
 {
     ecp_report r;
@@ -45,6 +66,7 @@ static void test_fallbacks(void)
     check_fallback(step_substeps, ECP_FALLBACK_SUBSTEPS);
     step_with(step_substeps, ECP_FALLBACK_SUBSTEPS, &r);
     CHECK(r.substeps > 1);
+    test_fallbacks_sticking();
 }
 
 #else

@@ -471,6 +471,41 @@ static void newton_test_bad_input(void)
     CHECK(z[0] == ECP_R(0.25) && z[1] == 0);
 }
 
+/* continuation in haste, which only large islands take: a linear problem whose matrix is positive
+   definite, and not symmetric; and one that has no solution */
+static void newton_test_haste(void)
+{
+    static uint64_t mem[1024];
+    newton_linear linear = {
+        4, {5, -3, 1, 0, 1, 4, 2, -1, -2, 1, 6, 3, 1, 0, -1, 3}, {-1, 2, -3, 0}};
+    ecp_mcp problem = newton_problem(0, 4, newton_linear_f, newton_linear_j, &linear);
+    ecp_options o = ecp_options_default();
+    ecp_i_arena arena = ecp_i_arena_over(mem, sizeof mem);
+    ecp_i_effort effort = ecp_i_effort_after(&o, 0);
+    ecp_i_problem p;
+    ecp_i_mcp s;
+    ecp_real *z;
+    int k;
+    memset(&p, 0, sizeof p);
+    ecp_i_carve_mcp(&arena, 4, &s, &p, &z);
+    p.kept = ecp_i_take_reals(&arena, 4, 1);
+    CHECK(!arena.overflow);
+    s.problem = &problem;
+    p.self = &s;
+    p.n = 4;
+    p.residual = ecp_i_mcp_residual;
+    p.step = ecp_i_mcp_step;
+    for (k = 0; k < 4; k++) z[k] = 10;
+    CHECK(ecp_i_continue_in_haste(&p, o.tolerance, z, &effort));
+    CHECK(effort.fallbacks == ECP_FALLBACK_CONTINUATION);
+    CHECK(effort.iterations > 3);
+    CHECK(newton_violation(&problem, z) <= newton_tolerance());
+    problem = newton_problem(0, 1, newton_infeasible_f, newton_infeasible_j, NULL);
+    p.n = 1;
+    z[0] = 0;
+    CHECK(!ecp_i_continue_in_haste(&p, o.tolerance, z, &effort));
+}
+
 static void test_newton(void)
 {
     test_seed = 21;
@@ -479,4 +514,5 @@ static void test_newton(void)
     newton_test_lcp();
     newton_test_mixed();
     newton_test_bad_input();
+    newton_test_haste();
 }

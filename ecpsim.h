@@ -5636,11 +5636,10 @@ typedef struct ecp_i_problem {
     int (*start)(void *self, int k, ecp_real *z);
     /* betters a z at which Newton has stalled, or NULL */
     void (*repair)(void *self, ecp_real *z);
-    /* takes this share of all that moves the bodies, or NULL; with none, the start number
-       ECP_I_START_AT_REST is a solution or close to one */
-    void (*load)(void *self, ecp_real share);
-    /* multiplies rho of the friction rows, on which no solution depends, or NULL */
-    void (*scale_rho)(void *self, ecp_real factor);
+    /* takes this share of all that moves the bodies (with none, the start number ECP_I_START_AT_REST is
+       a solution or close to one), and multiplies rho of the friction rows, on which no solution
+       depends, by this factor; or NULL */
+    void (*vary)(void *self, ecp_real share, ecp_real factor);
     ecp_real *F, *dz, *trial, *drift, *kept; /* n each */
     ecp_real *stalled;                       /* the same, or NULL: no continuation in haste */
 } ecp_i_problem;
@@ -5921,9 +5920,9 @@ static int ecp_i_continue(const ecp_i_problem *p, ecp_real rho, ecp_real toleran
 {
     int finite;
     effort->fallbacks |= ECP_FALLBACK_CONTINUATION;
-    if (p->scale_rho) p->scale_rho(p->self, rho);
+    if (p->vary) p->vary(p->self, 1, rho);
     finite = ecp_i_follow(p, tolerance, limit, z, effort);
-    if (p->scale_rho) p->scale_rho(p->self, 1 / rho);
+    if (p->vary) p->vary(p->self, 1, 1 / rho);
     return finite && ecp_i_newton(p, 0, tolerance, limit, 0, z, effort);
 }
 
@@ -5961,7 +5960,7 @@ static int ecp_i_ramp(const ecp_i_problem *p, ecp_real tolerance, int limit, ecp
     ECPSIM_MEMCPY(p->kept, z, (size_t)p->n * sizeof(ecp_real));
     for (k = 0; k < 40 && share < 1 && step > ECP_R(1e-3); k++) {
         ecp_real next = ecp_i_min(1, share + step);
-        p->load(p->self, next);
+        p->vary(p->self, next, 1);
         if (ecp_i_newton(p, 0, tolerance, limit, 0, z, effort)) {
             ECPSIM_MEMCPY(p->kept, z, (size_t)p->n * sizeof(ecp_real));
             share = next;
@@ -5971,7 +5970,7 @@ static int ecp_i_ramp(const ecp_i_problem *p, ecp_real tolerance, int limit, ecp
             step /= 4;
         }
     }
-    p->load(p->self, 1);
+    p->vary(p->self, 1, 1);
     return share >= 1;
 }
 
@@ -6006,7 +6005,7 @@ static int ecp_i_continue_from(const ecp_i_problem *p, int k, const ecp_options 
 {
     p->start(p->self, k, z);
     if (ecp_i_continue(p, 1, o->tolerance, o->max_iterations, z, effort)) return 1;
-    if (!p->scale_rho) return 0;
+    if (!p->vary) return 0;
     p->start(p->self, k, z);
     return ecp_i_continue(p, ECP_I_SMALL_RHO, o->tolerance, o->max_iterations, z, effort);
 }
@@ -6029,7 +6028,7 @@ static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *o, ecp_real *z
         if (k == 2 && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
             if (ecp_i_continue_from(p, k, o, z, effort)) return 1;
         }
-        if (k == 2 && p->load && ecp_i_may(o, ECP_FALLBACK_LOAD)) {
+        if (k == 2 && p->vary && ecp_i_may(o, ECP_FALLBACK_LOAD)) {
             if (ecp_i_ramp(p, o->tolerance, limit, z, effort)) return 1;
         }
     }
@@ -6192,8 +6191,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     p.step = ecp_i_mcp_step;
     p.start = ecp_i_mcp_start;
     p.repair = NULL;
-    p.load = NULL;
-    p.scale_rho = NULL;
+    p.vary = NULL;
     p.kept = p.stalled = NULL;
     ECPSIM_MEMCPY(s.z0, z, (size_t)size * sizeof(ecp_real));
     effort = ecp_i_effort_after(&o, 0);
@@ -8161,8 +8159,8 @@ static void ecp_i_island_repair(void *self, ecp_real *z)
 }
 
 /* What moves the bodies: their momentum before the step and the impulses of the step. `share` of it
-   is taken, so that with nothing of it they stay at rest where they are. */
-static void ecp_i_island_load(void *self, ecp_real share)
+   is taken, so that with nothing of it they stay at rest where they are. And rho of all patches. */
+static void ecp_i_island_vary(void *self, ecp_real share, ecp_real factor)
 {
     ecp_i_island *s = (ecp_i_island *)self;
     int i, k;
@@ -8174,12 +8172,6 @@ static void ecp_i_island_load(void *self, ecp_real share)
         for (k = 0; k < 6; k++) m->kick[k] = share * m->whole[k] - (1 - share) * momentum[k];
         if (!(share < 1)) ECPSIM_MEMCPY(m->kick, m->whole, sizeof m->kick);
     }
-}
-
-static void ecp_i_island_scale_rho(void *self, ecp_real factor)
-{
-    const ecp_i_island *s = (const ecp_i_island *)self;
-    int i;
     for (i = 0; i < s->pair_count; i++) s->pairs[i]->rho *= factor;
 }
 
@@ -8374,10 +8366,9 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     p.step = ecp_i_island_step;
     p.start = ecp_i_island_start;
     p.repair = (ECPSIM_FALLBACKS)&ECP_FALLBACK_GEOMETRIC ? ecp_i_island_repair : NULL;
-    p.load = (ECPSIM_FALLBACKS)&ECP_FALLBACK_LOAD ? ecp_i_island_load : NULL;
-    p.scale_rho = (ECPSIM_FALLBACKS)&ECP_FALLBACK_CONTINUATION && ECP_I_FRICTION
-                      ? ecp_i_island_scale_rho
-                      : NULL;
+    p.vary = (ECPSIM_FALLBACKS) & (ECP_FALLBACK_LOAD | ECP_FALLBACK_CONTINUATION)
+                 ? ecp_i_island_vary
+                 : NULL;
     p.kept = best;
     p.drift = vectors[5];
     p.stalled = ECP_I_VECTORS > 6 ? vectors[ECP_I_VECTORS - 1] : NULL;

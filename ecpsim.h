@@ -3810,7 +3810,7 @@ typedef struct ecp_i_pair {
     ecp_real mu, e[3], direction[3];
     ecp_real L, V, P;   /* units of length, velocity, impulse */
     ecp_real weight[3]; /* of the load, as an impulse upwards in units P */
-    ecp_real rho;
+    ecp_real rho;       /* of the residual; a Newton step has its own (ecp_i_step_rho) */
     ecp_real offset[3]; /* x_A - x_B at the beginning of the step */
 
     /* at the ECP and the beginning of the step (ecp_i_pair_place) */
@@ -3836,7 +3836,6 @@ typedef struct ecp_i_pair {
     ecp_real relax;      /* of a relaxed problem, 0 in the true one: tau, which smoothes the rows of
                             complementarity, and the compliance of the contact */
     ecp_real compliance; /* of the contact in a damped Newton step, 0 in others */
-    ecp_real kink;       /* how near to its kink a row may be treated as on either side */
     ecp_real Ha[9];
 } ecp_i_pair;
 
@@ -3866,14 +3865,11 @@ static int ecp_i_at_p(const ecp_i_pair *c)
     return ecp_i_on_plane(c) ? 3 + c->nl : 4 + c->nl + c->nm;
 }
 
-/* the root of the square of what is larger is the number itself, in either precision */
-#define ECP_I_SQUARE ECP_R(1e-18)
-
 /* Fischer-Burmeister a + b - sqrt(a^2 + b^2 + 2 tau^2), smoothed by tau; *r: the root. */
 static ecp_real ecp_i_fb_value(ecp_real a, ecp_real b, ecp_real tau, ecp_real *r)
 {
     /* where one of the two is zero, as for most multipliers, the root is known */
-    if (tau == 0 && (a == 0 || b == 0) && ecp_i_abs(a + b) > ECP_I_SQUARE) {
+    if (tau == 0 && (a == 0 || b == 0)) {
         *r = ecp_i_abs(a + b);
         return a + b - *r;
     }
@@ -4043,18 +4039,7 @@ static void ecp_i_pair_gap(ecp_i_pair *c, const ecp_real *y, ecp_real h)
 /* |x|, smoothed by tau */
 static ecp_real ecp_i_smooth_abs(ecp_real x, ecp_real tau2)
 {
-    ecp_real size = ecp_i_abs(x);
-    return tau2 == 0 && size > ECP_I_SQUARE ? size : ecp_i_sqrt(x * x + tau2);
-}
-
-/* The projection on the ball of the radius mu p_n is z radius / max(|z|, radius); |z|, the positive
-   part of p_n and the maximum are smoothed by tau. */
-static void ecp_i_projection(ecp_i_pair *c)
-{
-    ecp_real tau2 = ecp_i_relax(c) * ecp_i_relax(c), p = c->p[0];
-    c->z_norm = ecp_i_sqrt(c->z_norm + tau2);
-    c->radius = c->mu * (p + ecp_i_smooth_abs(p, tau2)) / 2;
-    c->outer = (c->z_norm + c->radius + ecp_i_smooth_abs(c->z_norm - c->radius, tau2)) / 2;
+    return tau2 == 0 ? ecp_i_abs(x) : ecp_i_sqrt(x * x + tau2);
 }
 
 /* Where the patch is on A and its normal, from its unknowns y and the trial motion of the two bodies. */
@@ -4087,27 +4072,15 @@ static void ecp_i_pair_impulse(ecp_i_pair *c, const ecp_real *y)
     ecp_i_axpy(c->force, c->e[1] * c->P * p[2], c->o, c->force);
 }
 
-/* How the bodies move at the patch, and the projection, after the impulse. */
-static void ecp_i_pair_slip(ecp_i_pair *c)
+/* How the bodies move at the patch, after the impulse. */
+static void ecp_i_pair_motion(ecp_i_pair *c)
 {
-    ecp_real w[3], carried[3];
-    int k;
+    ecp_real carried[3];
     ecp_i_sub(c->ma->v, c->mb->v, c->v);
     ecp_i_add_cross(c->ma->v + 3, c->ra, c->v);
     ecp_i_cross(c->rb, c->mb->v + 3, carried);
     ecp_i_axpy(c->v, 1, carried, c->v);
     ecp_i_sub(c->ma->v + 3, c->mb->v + 3, c->spin);
-    if (ecp_i_nf(c) == 0) return;
-    w[0] = c->e[0] * ecp_i_dot(c->t, c->v);
-    w[1] = c->e[1] * ecp_i_dot(c->o, c->v);
-    w[2] = c->e[2] * ecp_i_dot(c->N, c->spin);
-    ecp_i_scale(1 / c->V, w, w);
-    c->z_norm = 0;
-    for (k = 0; k < ecp_i_nf(c); k++) {
-        c->z[k] = c->p[1 + k] - c->rho * (w[k] + ecp_i_relax(c) * c->p[1 + k]);
-        c->z_norm += c->z[k] * c->z[k];
-    }
-    ecp_i_projection(c);
 }
 
 /* Everything that the residual and its derivative need. */
@@ -4117,7 +4090,7 @@ static void ecp_i_pair_evaluate(ecp_i_pair *c, const ecp_real *y, ecp_real h)
     ecp_i_pair_gap(c, y, h);
     if (ecp_i_nf(c) > 0 && !ecp_i_on_plane(c)) ecp_i_tangents(c);
     ecp_i_pair_impulse(c, y);
-    ecp_i_pair_slip(c);
+    ecp_i_pair_motion(c);
 }
 
 /* the moment impulse on A about the normal */
@@ -4154,16 +4127,49 @@ static void ecp_i_multiplier_rows(int count, const ecp_real *l, const ecp_real *
     for (i = 0; i < count; i++) {
         ecp_real slack = unit * f[i];
         F[i] = 0;
-        if (l[i] == 0 && slack > ECP_I_SQUARE && tau == 0) continue;
+        if (l[i] == 0 && slack > 0 && tau == 0) continue;
         F[i] = ecp_i_fb_value(l[i], slack, tau, &r);
     }
 }
 
-/* The patch's rows of F, after ecp_i_pair_evaluate. */
-static void ecp_i_pair_residual(const ecp_i_pair *c, const ecp_real *y, ecp_real h, ecp_real *F)
+/* w = (e_t v_t, e_o v_o, e_r w_n), in m/s */
+static void ecp_i_slip(const ecp_i_pair *c, ecp_real w[3])
 {
-    ecp_real r, local[3], shrink, unit = -1 / c->L;
-    int i, k, row;
+    w[0] = c->e[0] * ecp_i_dot(c->t, c->v);
+    w[1] = c->e[1] * ecp_i_dot(c->o, c->v);
+    w[2] = ecp_i_nf(c) == 3 ? c->e[2] * ecp_i_dot(c->N, c->spin) : ECP_R(0);
+}
+
+/* Adds the friction rows, times `sign`, to F with the stride ld. z = y - rho slip is projected on the ball
+   of the radius mu p_n: to z s with s = radius / max(|z|, radius), where |z|, the positive part of p_n
+   and the maximum are smoothed by tau. The rows y - s z are written as (1 - s) y + s rho slip, which is
+   as exact as the slip is, however small rho. */
+static void ecp_i_add_friction_rows(ecp_i_pair *c, ecp_real rho, ecp_real sign, int ld, ecp_real *F)
+{
+    ecp_real tau2 = ecp_i_relax(c) * ecp_i_relax(c), p = c->p[0], s = sign, rest = 0, slip[3];
+    int k;
+    ecp_i_slip(c, slip);
+    c->z_norm = tau2;
+    for (k = 0; k < ecp_i_nf(c); k++) {
+        slip[k] = rho * (slip[k] / c->V + ecp_i_relax(c) * c->p[1 + k]);
+        c->z[k] = c->p[1 + k] - slip[k];
+        c->z_norm += c->z[k] * c->z[k];
+    }
+    c->z_norm = ecp_i_sqrt(c->z_norm);
+    c->radius = c->mu * (p + ecp_i_smooth_abs(p, tau2)) / 2;
+    c->outer = (c->z_norm + c->radius + ecp_i_smooth_abs(c->z_norm - c->radius, tau2)) / 2;
+    if (c->outer > c->radius) {
+        s *= c->radius / c->outer;
+        rest = sign * (c->outer - c->radius) / c->outer;
+    }
+    for (k = 0; k < ecp_i_nf(c); k++) F[ld * k] += rest * c->p[1 + k] + s * slip[k];
+}
+
+/* The patch's rows of F, after ecp_i_pair_evaluate. */
+static void ecp_i_pair_residual(ecp_i_pair *c, const ecp_real *y, ecp_real h, ecp_real *F)
+{
+    ecp_real r, local[3], unit = -1 / c->L;
+    int i, row;
     ecp_i_mul_t(ecp_i_on_plane(c) ? c->Qa : c->Qb, c->n, local);
     if (ecp_i_on_plane(c)) {
         ecp_i_sub(c->cone, local, F);
@@ -4183,9 +4189,9 @@ static void ecp_i_pair_residual(const ecp_i_pair *c, const ecp_real *y, ecp_real
     }
     F[row++] =
         ecp_i_fb_value(c->p[0], c->d / (h * c->V) + ecp_i_relax(c) * c->p[0], ecp_i_relax(c), &r);
-    shrink = ecp_i_nf(c) && c->z_norm > c->radius ? c->radius / c->outer : ECP_R(1);
-    if (ecp_i_nf(c) && ecp_i_relax(c) > 0) shrink = c->radius / c->outer;
-    for (k = 0; k < ecp_i_nf(c); k++) F[row++] = c->p[1 + k] - shrink * c->z[k];
+    if (ecp_i_nf(c) == 0) return;
+    for (i = 0; i < ecp_i_nf(c); i++) F[row + i] = 0;
+    ecp_i_add_friction_rows(c, c->rho, 1, 1, F + row);
 }
 
 /* >>jacobian: one column for each unknown, by carrying a first-order change through the rows */
@@ -4232,26 +4238,38 @@ static int ecp_i_pair_column(const ecp_i_pair *c, const ecp_i_change *t, ecp_rea
     return row;
 }
 
-/* what the columns of one block have in common: the slopes of the gap's row by p_n and by the gap; and
-   of the projection, where it is not the identity: of outer by |z|, and of the radius by p_n */
+/* what the columns of one block have in common: the slopes of the gap's row by p_n and by the gap; rho of
+   this Newton step; the part of z that the projection takes away; and, unless that is nothing, the slopes
+   of outer by |z| and of the radius by p_n */
 typedef struct ecp_i_slopes {
-    ecp_real p, d;
-    int slips;
-    ecp_real outer, radius;
+    ecp_real p, d, rho, rest, outer, radius;
 } ecp_i_slopes;
 
-static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_i_slopes *s)
+/* what rho of a Newton step is at least, beside that of the residual */
+#define ECP_I_LEAST_RHO ECP_R(0.0009765625)
+
+/* rho of a Newton step. No solution of the true problem depends on rho, but Newton takes a contact to stick
+   where rho slip is within mu p_n, and where the load is light beside the momenta in play that is so
+   little slip that it does not find from slipping to sticking: rho is not more than the load. */
+static ecp_real ecp_i_step_rho(const ecp_i_pair *c)
 {
-    ecp_real apart = c->z_norm - c->radius, tau2 = ecp_i_relax(c) * ecp_i_relax(c), p = c->p[0], q,
-             size;
+    ecp_real load = ecp_i_max(ecp_i_norm(c->weight), ECP_I_LEAST_RHO * c->rho);
+    return ecp_i_relax(c) > 0 ? c->rho : ecp_i_min(c->rho, load);
+}
+
+static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_real kink, ecp_i_slopes *s)
+{
+    ecp_real apart, tau2 = ecp_i_relax(c) * ecp_i_relax(c), p = c->p[0], q, size;
     ecp_i_fb(p, c->d / (h * c->V) + ecp_i_relax(c) * p, ecp_i_relax(c), &s->p, &s->d);
-    if (ECP_I_CENTRING && ecp_i_abs(p) < c->kink && ecp_i_abs(c->d) < c->kink * h * c->V) {
+    if (ECP_I_CENTRING && ecp_i_abs(p) < kink && ecp_i_abs(c->d) < kink * h * c->V) {
         /* centring: a contact that touches without a load may take one */
         s->p = 0;
         s->d = 1;
     }
-    s->slips = ecp_i_nf(c) > 0 && c->outer > 0 && (tau2 > 0 || !(apart <= 0));
-    if (!s->slips) return;
+    s->rest = 0;
+    if (ecp_i_nf(c) == 0 || !(c->outer > c->radius)) return;
+    s->rest = (c->outer - c->radius) / c->outer;
+    apart = c->z_norm - c->radius;
     q = ecp_i_smooth_abs(apart, tau2);
     size = ecp_i_smooth_abs(p, tau2);
     s->outer = (1 + apart / q) / 2;
@@ -4264,23 +4282,20 @@ static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_i_slopes *s)
 static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i_change *t,
                                   const ecp_real dw[3], ecp_real *column)
 {
-    ecp_real dz[3], along = 0, d_radius, d_outer;
+    ecp_real along = 0, shrink = 1 - s->rest, grows;
     int k, ld = c->columns;
     for (k = 0; k < ecp_i_nf(c); k++) {
         ecp_real give = (ecp_i_relax(c) + c->compliance) * t->p[1 + k];
-        dz[k] = t->p[1 + k] - c->rho * (c->e[k] * dw[k] / c->V + give);
+        column[ld * k] = s->rho * (c->e[k] * dw[k] / c->V + give);
+        along += c->z[k] * (t->p[1 + k] - column[ld * k]);
     }
-    if (!s->slips) {
-        for (k = 0; k < ecp_i_nf(c); k++) column[ld * k] = t->p[1 + k] - dz[k];
-        return;
-    }
-    for (k = 0; k < ecp_i_nf(c); k++) along += c->z[k] * dz[k] / c->z_norm;
-    d_radius = s->radius * t->p[0];
-    d_outer = s->outer * along + (1 - s->outer) * d_radius;
+    if (!(s->rest > 0)) return;
+    /* (d radius - radius d outer / outer) / outer */
+    grows = ((1 - shrink * (1 - s->outer)) * s->radius * t->p[0] -
+             shrink * s->outer * along / c->z_norm) /
+            c->outer;
     for (k = 0; k < ecp_i_nf(c); k++) {
-        column[ld * k] = t->p[1 + k] - (c->radius * dz[k] + c->z[k] * d_radius -
-                                        c->radius * c->z[k] * d_outer / c->outer) /
-                                           c->outer;
+        column[ld * k] = s->rest * t->p[1 + k] + shrink * column[ld * k] - c->z[k] * grows;
     }
 }
 
@@ -4582,16 +4597,16 @@ static ecp_real ecp_i_normal_noise(const ecp_real H[9], const ecp_real x[3])
 static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F, ecp_real h,
                              int centring)
 {
-    ecp_real a[3], b[3], shift_a[3], shift_b[3] = {0, 0, 0}, da[3], *rhs;
+    /* how near to its kink a row may be treated as on either side */
+    ecp_real kink = centring ? ecp_i_sqrt(ECP_I_EPSILON) : ECP_R(0);
+    ecp_real b[3], friction[3] = {0, 0, 0}, shift_a[3], shift_b[3] = {0, 0, 0}, da[3], *rhs;
     ecp_i_slopes slopes;
     ecp_i_change t;
     int i, k, rows, row, bodies = ecp_i_moves_a(c) + ecp_i_moves_b(c);
-    c->kink = centring ? ecp_i_sqrt(ECP_I_EPSILON) : ECP_R(0);
-    ecp_i_scale(c->L, y, a);
-    ecp_i_hessian(&c->a->shape, a, y + 3, c->L, c->Ha);
+    ecp_i_hessian(&c->a->shape, c->a_local, y + 3, c->L, c->Ha);
     c->n_noise = ecp_i_normal_noise(c->Ha, y);
     for (i = 0; i < 3; i++) c->Ha[4 * i] += ECP_I_CURVED * ecp_i_relax(c);
-    c->kl = ecp_i_condense(c->nl, y + 3, c->fa, c->ga, c->L, ecp_i_relax(c), c->kink, c->fixed_a,
+    c->kl = ecp_i_condense(c->nl, y + 3, c->fa, c->ga, c->L, ecp_i_relax(c), kink, c->fixed_a,
                            c->slope_a, c->active_a, c->Ha, shift_a);
     c->km = 0;
     if (!ecp_i_on_plane(c)) {
@@ -4600,17 +4615,20 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
         ecp_i_hessian(&c->b->shape, side->b_local, m, c->L, side->Hb);
         b[0] = b[1] = b[2] = ecp_i_norm(side->b_local) / c->L; /* from turned coordinates */
         c->n_noise += ecp_i_normal_noise(side->Hb, b);
-        c->km = ecp_i_condense(c->nm, m, side->fb, side->gb, c->L, ecp_i_relax(c), c->kink,
+        c->km = ecp_i_condense(c->nm, m, side->fb, side->gb, c->L, ecp_i_relax(c), kink,
                                side->fixed_b, side->slope_b, side->active_b, side->Hb, shift_b);
     }
     c->ny = 4 + c->kl + ecp_i_nf(c) + (ecp_i_on_plane(c) ? 0 : 1 + c->km);
     rows = c->ny + 6 * bodies;
     c->columns = rows + 1;
     ECPSIM_MEMSET(c->block, 0, (size_t)(rows * c->columns) * sizeof(ecp_real));
-    ecp_i_pair_slopes(c, h, &slopes);
+    slopes.rho = ecp_i_nf(c) > 0 ? ecp_i_step_rho(c) : ECP_R(0);
+    if (ecp_i_nf(c) > 0) ecp_i_add_friction_rows(c, slopes.rho, 1, 1, friction);
+    ecp_i_pair_slopes(c, h, kink, &slopes);
     ecp_i_block_columns(c, &slopes, h);
 
-    /* right-hand side: -F, less what the eliminated multipliers and the target change */
+    /* right-hand side: -F, in the friction rows for this step's rho, less what the eliminated
+       multipliers and the target change */
     rhs = c->block + rows;
     ECPSIM_MEMSET(&t, 0, sizeof t);
     ecp_i_change_cone(c, shift_a, &t);
@@ -4631,7 +4649,11 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
         rhs[c->columns * row++] -= F[(ecp_i_on_plane(c) ? 3 : 4) + c->active_a[i]];
     for (i = 0; i < ecp_i_km(c); i++)
         rhs[c->columns * row++] -= F[4 + c->nl + c->on_b->active_b[i]];
-    for (k = 0; k <= ecp_i_nf(c); k++) rhs[c->columns * row++] -= F[ecp_i_at_p(c) + k];
+    rhs[c->columns * row++] -= F[ecp_i_at_p(c)];
+    if (ecp_i_nf(c) == 0) return;
+    rhs += c->columns * row;
+    for (k = 0; k < ecp_i_nf(c); k++) rhs[c->columns * k] -= F[ecp_i_at_p(c) + 1 + k] + friction[k];
+    ecp_i_add_friction_rows(c, c->rho, 1, c->columns, rhs);
 }
 
 /* Of what is left, the columns in which even a small pivot is one to take, as hardly a force depends
@@ -5636,10 +5658,9 @@ typedef struct ecp_i_problem {
     int (*start)(void *self, int k, ecp_real *z);
     /* betters a z at which Newton has stalled, or NULL */
     void (*repair)(void *self, ecp_real *z);
-    /* takes this share of all that moves the bodies (with none, the start number ECP_I_START_AT_REST is
-       a solution or close to one), and multiplies rho of the friction rows, on which no solution
-       depends, by this factor; or NULL */
-    void (*vary)(void *self, ecp_real share, ecp_real factor);
+    /* takes this share of all that moves the bodies, or NULL; with none, the start number
+       ECP_I_START_AT_REST is a solution or close to one */
+    void (*load)(void *self, ecp_real share);
     ecp_real *F, *dz, *trial, *drift, *kept; /* n each */
     ecp_real *stalled;                       /* the same, or NULL: no continuation in haste */
 } ecp_i_problem;
@@ -5895,35 +5916,18 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
 #define ECP_I_HASTY_FIRST_TRIAL ECP_R(3e-5)
 #define ECP_I_HASTY_TRIALS ECP_R(1e-3)
 
-/* rho of the second continuation: a power of two, so that it is taken back exactly */
-#define ECP_I_SMALL_RHO ECP_R(0.0078125)
-
 /* Follows the solution of the relaxed problem, in which complementarity is smoothed, faces are curved and
-   contacts give way, until that is far below the tolerance. Returns 0 if it is lost to infinity. */
-static int ecp_i_follow(const ecp_i_problem *p, ecp_real tolerance, int limit, ecp_real *z,
-                        ecp_i_effort *effort)
+   contacts give way, until that is far below the tolerance, then solves the true one. */
+static int ecp_i_continue(const ecp_i_problem *p, ecp_real tolerance, int limit, ecp_real *z,
+                          ecp_i_effort *effort)
 {
     ecp_real relax = ECP_I_FIRST_RELAX;
+    effort->fallbacks |= ECP_FALLBACK_CONTINUATION;
     for (; relax > tolerance / 100; relax /= ECP_I_RELAX_DIVISOR) {
         ecp_i_newton(p, 0, ecp_i_max(relax * ECP_I_RELAX_PART, tolerance), limit, relax, z, effort);
         if (!ecp_i_all_finite(p->n, z)) return 0;
     }
-    return 1;
-}
-
-/* Continuation from z to the true problem. A contact is taken to stick where rho times its slip is within
-   the cone's radius, mu p_n. Where a load is light beside the momenta in play (a top that spins on its
-   flat base: in units of these 5e-4) that is so little slip that Newton does not find the way from
-   slipping to sticking unless rho is small. */
-static int ecp_i_continue(const ecp_i_problem *p, ecp_real rho, ecp_real tolerance, int limit,
-                          ecp_real *z, ecp_i_effort *effort)
-{
-    int finite;
-    effort->fallbacks |= ECP_FALLBACK_CONTINUATION;
-    if (p->vary) p->vary(p->self, 1, rho);
-    finite = ecp_i_follow(p, tolerance, limit, z, effort);
-    if (p->vary) p->vary(p->self, 1, 1 / rho);
-    return finite && ecp_i_newton(p, 0, tolerance, limit, 0, z, effort);
+    return ecp_i_newton(p, 0, tolerance, limit, 0, z, effort);
 }
 
 /* The same with longer strides, less close to the path; tries the true problem whenever relaxation has
@@ -5960,7 +5964,7 @@ static int ecp_i_ramp(const ecp_i_problem *p, ecp_real tolerance, int limit, ecp
     ECPSIM_MEMCPY(p->kept, z, (size_t)p->n * sizeof(ecp_real));
     for (k = 0; k < 40 && share < 1 && step > ECP_R(1e-3); k++) {
         ecp_real next = ecp_i_min(1, share + step);
-        p->vary(p->self, next, 1);
+        p->load(p->self, next);
         if (ecp_i_newton(p, 0, tolerance, limit, 0, z, effort)) {
             ECPSIM_MEMCPY(p->kept, z, (size_t)p->n * sizeof(ecp_real));
             share = next;
@@ -5970,7 +5974,7 @@ static int ecp_i_ramp(const ecp_i_problem *p, ecp_real tolerance, int limit, ecp
             step /= 4;
         }
     }
-    p->vary(p->self, 1, 1);
+    p->load(p->self, 1);
     return share >= 1;
 }
 
@@ -5999,17 +6003,6 @@ static int ecp_i_attempt(const ecp_i_problem *p, int k, const ecp_options *o, ec
     return ecp_i_newton(p, 0, o->tolerance, o->max_iterations, 0, z, effort);
 }
 
-/* Continuation from start k, and once more with a small rho. */
-static int ecp_i_continue_from(const ecp_i_problem *p, int k, const ecp_options *o, ecp_real *z,
-                               ecp_i_effort *effort)
-{
-    p->start(p->self, k, z);
-    if (ecp_i_continue(p, 1, o->tolerance, o->max_iterations, z, effort)) return 1;
-    if (!p->vary) return 0;
-    p->start(p->self, k, z);
-    return ecp_i_continue(p, ECP_I_SMALL_RHO, o->tolerance, o->max_iterations, z, effort);
-}
-
 /* The chain of attempts: Newton from the warm and the two geometric starts; from the second of these
    continuation in the relaxation, with care, and in the load; then the disturbed starts, by Newton
    (fully relaxed all starts lead to one solution). */
@@ -6026,9 +6019,10 @@ static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *o, ecp_real *z
             if (ecp_i_attempt(p, k, o, z, effort)) return 1;
         }
         if (k == 2 && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
-            if (ecp_i_continue_from(p, k, o, z, effort)) return 1;
+            p->start(p->self, k, z);
+            if (ecp_i_continue(p, o->tolerance, limit, z, effort)) return 1;
         }
-        if (k == 2 && p->vary && ecp_i_may(o, ECP_FALLBACK_LOAD)) {
+        if (k == 2 && p->load && ecp_i_may(o, ECP_FALLBACK_LOAD)) {
             if (ecp_i_ramp(p, o->tolerance, limit, z, effort)) return 1;
         }
     }
@@ -6191,7 +6185,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     p.step = ecp_i_mcp_step;
     p.start = ecp_i_mcp_start;
     p.repair = NULL;
-    p.vary = NULL;
+    p.load = NULL;
     p.kept = p.stalled = NULL;
     ECPSIM_MEMCPY(s.z0, z, (size_t)size * sizeof(ecp_real));
     effort = ecp_i_effort_after(&o, 0);
@@ -8159,8 +8153,8 @@ static void ecp_i_island_repair(void *self, ecp_real *z)
 }
 
 /* What moves the bodies: their momentum before the step and the impulses of the step. `share` of it
-   is taken, so that with nothing of it they stay at rest where they are. And rho of all patches. */
-static void ecp_i_island_vary(void *self, ecp_real share, ecp_real factor)
+   is taken, so that with nothing of it they stay at rest where they are. */
+static void ecp_i_island_load(void *self, ecp_real share)
 {
     ecp_i_island *s = (ecp_i_island *)self;
     int i, k;
@@ -8172,7 +8166,6 @@ static void ecp_i_island_vary(void *self, ecp_real share, ecp_real factor)
         for (k = 0; k < 6; k++) m->kick[k] = share * m->whole[k] - (1 - share) * momentum[k];
         if (!(share < 1)) ECPSIM_MEMCPY(m->kick, m->whole, sizeof m->kick);
     }
-    for (i = 0; i < s->pair_count; i++) s->pairs[i]->rho *= factor;
 }
 
 /* keeps a centring step among the solutions: the largest of 1, 1/2, 1/4, .. for which no ECP leaves
@@ -8291,9 +8284,7 @@ static void ecp_i_record(ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp
         k->mode = ECP_STICK;
         return;
     }
-    w[0] = c->e[0] * ecp_i_dot(c->t, c->v);
-    w[1] = c->e[1] * ecp_i_dot(c->o, c->v);
-    w[2] = ecp_i_nf(c) == 3 ? c->e[2] * ecp_i_dot(c->N, c->spin) : ECP_R(0);
+    ecp_i_slip(c, w);
     k->sigma = ecp_i_norm(w);
 }
 
@@ -8366,9 +8357,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     p.step = ecp_i_island_step;
     p.start = ecp_i_island_start;
     p.repair = (ECPSIM_FALLBACKS)&ECP_FALLBACK_GEOMETRIC ? ecp_i_island_repair : NULL;
-    p.vary = (ECPSIM_FALLBACKS) & (ECP_FALLBACK_LOAD | ECP_FALLBACK_CONTINUATION)
-                 ? ecp_i_island_vary
-                 : NULL;
+    p.load = (ECPSIM_FALLBACKS)&ECP_FALLBACK_LOAD ? ecp_i_island_load : NULL;
     p.kept = best;
     p.drift = vectors[5];
     p.stalled = ECP_I_VECTORS > 6 ? vectors[ECP_I_VECTORS - 1] : NULL;

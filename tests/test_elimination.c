@@ -350,6 +350,7 @@ static void elimination_vectors(elimination_island *e)
     }
     CHECK(at <= ELIMINATION_UNKNOWNS);
     ecp_i_island_units(&e->s);
+    equations_one_rho(&e->s, 0);
 }
 
 /* a vector in the island's order to that of the world, or back */
@@ -660,19 +661,21 @@ static int elimination_open_choice(const elimination_island *e)
     return count > 0 && e->s.body_count > 1;
 }
 
-/* A lower bound of |J^-1|, and most often near it: the longest of the steps for F and three random right-hand
-   sides of about one. Leaves the step for F. */
+/* A lower bound of |J^-1|, and most often near it: the longest of the steps for F and eight random right-hand
+   sides of about one. Leaves the step for F, and the seed as it was. */
 static double elimination_longest(elimination_island *e)
 {
     static ecp_real F[ELIMINATION_UNKNOWNS];
     double most = 0;
+    unsigned keep = test_seed;
     int k, i;
     for (i = 0; i < e->s.unknowns; i++) F[i] = e->F[i];
-    for (k = 3; k >= 0; k--) {
+    for (k = 8; k >= 0; k--) {
         for (i = 0; i < e->s.unknowns; i++) e->F[i] = k > 0 ? ECP_R(test_random()) : F[i];
         elimination_step(e);
         most = fmax(most, (double)ecp_i_largest(e->s.unknowns, e->dz));
     }
+    test_seed = keep;
     return most;
 }
 
@@ -897,7 +900,7 @@ static void elimination_touch_point(ecp_i_pair *c, const elimination_face *face,
     }
     ecp_i_pair_evaluate(c, y, h);
     ecp_i_set_direction(c);
-    ecp_i_pair_evaluate(c, y, h);
+    equations_evaluate(c, y, h);
     if (c->nf == 0) return;
     radius = (double)c->mu * (double)p[0];
     for (k = 0; k < c->nf; k++) {
@@ -910,7 +913,8 @@ static void elimination_touch_point(ecp_i_pair *c, const elimination_face *face,
     }
 }
 
-static int elimination_kinks; /* patches next to a kink, at the last point: no load, or just slipping */
+static int
+    elimination_kinks; /* patches next to a kink, at the last point: no load, or just slipping */
 
 static void elimination_cells_point(elimination_island *e, const elimination_face *face,
                                     const elimination_manner *how)
@@ -1428,7 +1432,7 @@ static double elimination_twice(double speed, double *rows)
         y[ecp_i_at_p(c)] = 1;
         ecp_i_pair_evaluate(c, y, e->s.h);
         ecp_i_set_direction(c);
-        ecp_i_pair_evaluate(c, y, e->s.h);
+        equations_evaluate(c, y, e->s.h);
         for (i = 0; i < 2; i++) y[ecp_i_at_p(c) + 1 + i] = -c->z[i];
     }
     ecp_i_island_residual(&e->s, e->z, 0, e->F);

@@ -170,6 +170,19 @@ static void equations_add_shape(ecp_world *w, int body, int kind, int friction, 
     CHECK(ecp_body_add_shape(w, body, &s, x, q, &m, NULL) == ECP_OK);
 }
 
+/* The residual and the Newton step have different rho, on which no solution depends. So that one is the
+   derivative of the other, both take that of the step here, or of the residual. */
+static void equations_one_rho(ecp_i_island *s, int of_the_step)
+{
+    int i;
+    for (i = 0; i < s->pair_count; i++) {
+        ecp_i_pair *c = s->pairs[i];
+        if (of_the_step) c->rho = ecp_i_step_rho(c);
+        ecp_i_set3(c->rho, 0, 0, c->weight);
+        CHECK(c->rho > 0 && !(ecp_i_step_rho(c) < c->rho));
+    }
+}
+
 static void equations_build(equations_scene *k, ecp_real h)
 {
     ecp_i_step step;
@@ -219,6 +232,7 @@ static void equations_build(equations_scene *k, ecp_real h)
     k->dz = vectors[2];
     CHECK(!k->arena.overflow && at <= EQUATIONS_MAX);
     ecp_i_island_units(&k->s);
+    equations_one_rho(&k->s, 1);
     ecp_i_island_carve(&k->s);
     CHECK(!k->arena.overflow);
 }
@@ -254,6 +268,14 @@ static int equations_multipliers(int count, const ecp_real *f, ecp_real L, int a
     return 1;
 }
 
+/* and the argument of the projection, which belongs to the rows of friction */
+static void equations_evaluate(ecp_i_pair *c, const ecp_real *y, ecp_real h)
+{
+    ecp_real rows[3] = {0, 0, 0};
+    ecp_i_pair_evaluate(c, y, h);
+    ecp_i_add_friction_rows(c, c->rho, 1, 1, rows);
+}
+
 /* p_n and friction in the wanted branch, given everything else */
 static int equations_impulses(ecp_i_pair *c, ecp_real *y, ecp_real h, equations_mode mode)
 {
@@ -267,7 +289,7 @@ static int equations_impulses(ecp_i_pair *c, ecp_real *y, ecp_real h, equations_
     if (fabs(gap) > 20 || sqrt((double)p[0] * (double)p[0] + gap * gap) < reach) return 0;
     if (c->nf == 0) return 1;
     for (i = 0; i < c->nf; i++) p[1 + i] = 0;
-    ecp_i_pair_evaluate(c, y, h); /* now z = -rho w */
+    equations_evaluate(c, y, h); /* now z = -rho w */
     radius = mode == EQUATIONS_OPEN ? 1 : (double)c->mu * (double)p[0];
     size = mode == EQUATIONS_SLIP ? radius + equations_between(reach + 0.05, 2)
                                   : radius - reach - equations_between(0, 0.2);

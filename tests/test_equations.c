@@ -645,8 +645,28 @@ static void equations_test_islands(void)
     }
 }
 
+/* rho of a Newton step: the load, but no more than that of the residual and no less than its 2^-10; of a
+   relaxed problem that of the residual */
+static void equations_test_rho(void)
+{
+    static const double load[4] = {2, 0.1, 1e-4, 0},
+                        expected[4] = {0.5, 0.1, 0.5 / 1024, 0.5 / 1024};
+    ecp_i_pair c;
+    int k;
+    memset(&c, 0, sizeof c);
+    c.rho = ECP_R(0.5);
+    for (k = 0; k < 4; k++) {
+        ecp_i_set3(0, -ECP_R(load[k]), 0, c.weight);
+        c.relax = 0;
+        CHECK_NEAR(ecp_i_step_rho(&c), expected[k], test_by(1e-15, 1e-7) * expected[k]);
+        c.relax = ECP_R(1e-3);
+        CHECK_NEAR(ecp_i_step_rho(&c), 0.5, 0);
+    }
+}
+
 static void test_equations(void)
 {
+    equations_test_rho();
     test_seed = 34;
     equations_test_planes();
     equations_test_pairs();

@@ -4245,7 +4245,7 @@ typedef struct ecp_i_slopes {
     ecp_real p, d, rho, rest, outer, radius;
 } ecp_i_slopes;
 
-/* what rho of a Newton step is at least, beside that of the residual */
+/* what rho of a Newton step is at least, in units of that of the residual */
 #define ECP_I_LEAST_RHO ECP_R(0.0009765625)
 
 /* rho of a Newton step. No solution of the true problem depends on rho, but Newton takes a contact to stick
@@ -4290,7 +4290,7 @@ static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_slopes *s, co
         along += c->z[k] * (t->p[1 + k] - column[ld * k]);
     }
     if (!(s->rest > 0)) return;
-    /* (d radius - radius d outer / outer) / outer */
+    /* dP = s dz + z grows with s = radius / outer, so grows = (d radius - s d outer) / outer */
     grows = ((1 - shrink * (1 - s->outer)) * s->radius * t->p[0] -
              shrink * s->outer * along / c->z_norm) /
             c->outer;
@@ -4627,8 +4627,8 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
     ecp_i_pair_slopes(c, h, kink, &slopes);
     ecp_i_block_columns(c, &slopes, h);
 
-    /* right-hand side: -F, in the friction rows for this step's rho, less what the eliminated
-       multipliers and the target change */
+    /* right-hand side: -F, less what the eliminated multipliers and the target change; in the end the
+       friction rows with this step's rho take the place of those with the residual's, that F has */
     rhs = c->block + rows;
     ECPSIM_MEMSET(&t, 0, sizeof t);
     ecp_i_change_cone(c, shift_a, &t);

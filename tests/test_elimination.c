@@ -913,8 +913,8 @@ static void elimination_touch_point(ecp_i_pair *c, const elimination_face *face,
     }
 }
 
-static int
-    elimination_kinks; /* patches next to a kink, at the last point: no load, or just slipping */
+/* patches next to a kink, at the last point: no load, or just slipping */
+static int elimination_kinks;
 
 static void elimination_cells_point(elimination_island *e, const elimination_face *face,
                                     const elimination_manner *how)

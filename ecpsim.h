@@ -3810,7 +3810,7 @@ typedef struct ecp_i_pair {
     ecp_real mu, e[3], direction[3];
     ecp_real L, V, P;   /* units of length, velocity, impulse */
     ecp_real weight[3]; /* of the load, as an impulse upwards in units P */
-    ecp_real rho;       /* of the residual; a Newton step has its own (ecp_i_step_rho) */
+    ecp_real rho;       /* in which the error of friction is measured; F has another (ecp_i_rho) */
     ecp_real offset[3]; /* x_A - x_B at the beginning of the step */
 
     /* at the ECP and the beginning of the step (ecp_i_pair_place) */
@@ -3825,14 +3825,13 @@ typedef struct ecp_i_pair {
     ecp_real turned[3];              /* what the turn of A adds to ra0 */
     ecp_real ra[3], rb[3];           /* from the centres of mass to a */
     ecp_real d;
-    ecp_real d_floor, d_noise;     /* rounding error of the gap as a distance, and in its row */
-    ecp_real n_noise;              /* and of the rows of the normal, from the last Newton step */
-    ecp_real gap_weight;           /* >= 1, of the gap's residual */
-    ecp_real v[3], spin[3];        /* of A relative to B at a */
-    ecp_real force[3];             /* impulse on A */
-    ecp_real p[4];                 /* p_n / P, y */
-    ecp_real z[3], radius, z_norm; /* argument of the projection, mu p_n, |z| */
-    ecp_real outer;                /* max(|z|, radius), by which the projection divides */
+    ecp_real d_floor, d_noise; /* rounding error of the gap as a distance, and in its row */
+    ecp_real n_noise;          /* and of the rows of the normal, from the last Newton step */
+    ecp_real gap_weight;       /* >= 1, of the gap's residual */
+    ecp_real v[3], spin[3];    /* of A relative to B at a */
+    ecp_real force[3];         /* impulse on A */
+    ecp_real p[4];             /* p_n / P, y */
+    ecp_real slip[3];          /* ecp_i_pair_slip */
     ecp_real relax;      /* of a relaxed problem, 0 in the true one: tau, which smoothes the rows of
                             complementarity, and the compliance of the contact */
     ecp_real compliance; /* of the contact in a damped Newton step, 0 in others */
@@ -4083,6 +4082,16 @@ static void ecp_i_pair_motion(ecp_i_pair *c)
     ecp_i_sub(c->ma->v + 3, c->mb->v + 3, c->spin);
 }
 
+/* What the friction rows oppose: w = (e_t v_t, e_o v_o, e_r w_n) in units V; in a relaxed problem also a
+   share of the impulse. */
+static void ecp_i_pair_slip(ecp_i_pair *c)
+{
+    int k;
+    ecp_i_set3(c->e[0] * ecp_i_dot(c->t, c->v), c->e[1] * ecp_i_dot(c->o, c->v),
+               ecp_i_nf(c) == 3 ? c->e[2] * ecp_i_dot(c->N, c->spin) : ECP_R(0), c->slip);
+    for (k = 0; k < ecp_i_nf(c); k++) c->slip[k] = c->slip[k] / c->V + ecp_i_relax(c) * c->p[1 + k];
+}
+
 /* Everything that the residual and its derivative need. */
 static void ecp_i_pair_evaluate(ecp_i_pair *c, const ecp_real *y, ecp_real h)
 {
@@ -4091,6 +4100,7 @@ static void ecp_i_pair_evaluate(ecp_i_pair *c, const ecp_real *y, ecp_real h)
     if (ecp_i_nf(c) > 0 && !ecp_i_on_plane(c)) ecp_i_tangents(c);
     ecp_i_pair_impulse(c, y);
     ecp_i_pair_motion(c);
+    if (ecp_i_nf(c) > 0) ecp_i_pair_slip(c);
 }
 
 /* the moment impulse on A about the normal */
@@ -4132,43 +4142,58 @@ static void ecp_i_multiplier_rows(int count, const ecp_real *l, const ecp_real *
     }
 }
 
-/* w = (e_t v_t, e_o v_o, e_r w_n), in m/s */
-static void ecp_i_slip(const ecp_i_pair *c, ecp_real w[3])
+/* what rho of the friction rows is at least, in units of that in which their error is measured */
+#define ECP_I_LEAST_RHO ECP_R(0.0009765625)
+
+/* rho of the friction rows of F. No solution of the true problem depends on rho, but Newton takes a contact
+   to stick where rho slip is within mu p_n, and where the load is light beside the momenta in play that is
+   so little slip that it does not find from slipping to sticking: rho is not more than the load. */
+static ecp_real ecp_i_rho(const ecp_i_pair *c)
 {
-    w[0] = c->e[0] * ecp_i_dot(c->t, c->v);
-    w[1] = c->e[1] * ecp_i_dot(c->o, c->v);
-    w[2] = ecp_i_nf(c) == 3 ? c->e[2] * ecp_i_dot(c->N, c->spin) : ECP_R(0);
+    ecp_real load = ecp_i_max(ecp_i_norm(c->weight), ECP_I_LEAST_RHO * c->rho);
+    return ecp_i_relax(c) > 0 ? c->rho : ecp_i_min(c->rho, load);
 }
 
-/* Adds the friction rows, times `sign`, to F with the stride ld. z = y - rho slip is projected on the ball
-   of the radius mu p_n: to z s with s = radius / max(|z|, radius), where |z|, the positive part of p_n
-   and the maximum are smoothed by tau. The rows y - s z are written as (1 - s) y + s rho slip, which is
-   as exact as the slip is, however small rho. */
-static void ecp_i_add_friction_rows(ecp_i_pair *c, ecp_real rho, ecp_real sign, int ld, ecp_real *F)
+/* z = y - rho slip, projected on the ball of the radius mu p_n: to z radius / outer with
+   outer = max(|z|, radius), where |z|, the positive part of p_n and the maximum are smoothed by tau */
+typedef struct ecp_i_projection {
+    ecp_real rho, z[3], z_norm, radius, outer;
+} ecp_i_projection;
+
+static void ecp_i_cone_project(const ecp_i_pair *c, ecp_real rho, ecp_i_projection *q)
 {
-    ecp_real tau2 = ecp_i_relax(c) * ecp_i_relax(c), p = c->p[0], s = sign, rest = 0, slip[3];
+    ecp_real tau2 = ecp_i_relax(c) * ecp_i_relax(c), sum = tau2;
     int k;
-    ecp_i_slip(c, slip);
-    c->z_norm = tau2;
+    q->rho = rho;
     for (k = 0; k < ecp_i_nf(c); k++) {
-        slip[k] = rho * (slip[k] / c->V + ecp_i_relax(c) * c->p[1 + k]);
-        c->z[k] = c->p[1 + k] - slip[k];
-        c->z_norm += c->z[k] * c->z[k];
+        q->z[k] = c->p[1 + k] - rho * c->slip[k];
+        sum += q->z[k] * q->z[k];
     }
-    c->z_norm = ecp_i_sqrt(c->z_norm);
-    c->radius = c->mu * (p + ecp_i_smooth_abs(p, tau2)) / 2;
-    c->outer = (c->z_norm + c->radius + ecp_i_smooth_abs(c->z_norm - c->radius, tau2)) / 2;
-    if (c->outer > c->radius) {
-        s *= c->radius / c->outer;
-        rest = sign * (c->outer - c->radius) / c->outer;
-    }
-    for (k = 0; k < ecp_i_nf(c); k++) F[ld * k] += rest * c->p[1 + k] + s * slip[k];
+    q->z_norm = ecp_i_sqrt(sum);
+    q->radius = c->mu * (c->p[0] + ecp_i_smooth_abs(c->p[0], tau2)) / 2;
+    q->outer = (q->z_norm + q->radius + ecp_i_smooth_abs(q->z_norm - q->radius, tau2)) / 2;
+}
+
+/* the part of z that the projection takes away */
+static ecp_real ecp_i_taken_away(const ecp_i_projection *q)
+{
+    return q->outer > q->radius ? (q->outer - q->radius) / q->outer : ECP_R(0);
+}
+
+/* The friction rows y - s z with s = radius / outer, written as (1 - s) y + s rho slip, which is as exact
+   as the slip is, however small rho. */
+static void ecp_i_friction_rows(const ecp_i_pair *c, const ecp_i_projection *q, ecp_real *F)
+{
+    ecp_real rest = ecp_i_taken_away(q), s = rest > 0 ? q->radius / q->outer : ECP_R(1);
+    int k;
+    for (k = 0; k < ecp_i_nf(c); k++) F[k] = rest * c->p[1 + k] + s * q->rho * c->slip[k];
 }
 
 /* The patch's rows of F, after ecp_i_pair_evaluate. */
-static void ecp_i_pair_residual(ecp_i_pair *c, const ecp_real *y, ecp_real h, ecp_real *F)
+static void ecp_i_pair_residual(const ecp_i_pair *c, const ecp_real *y, ecp_real h, ecp_real *F)
 {
     ecp_real r, local[3], unit = -1 / c->L;
+    ecp_i_projection q;
     int i, row;
     ecp_i_mul_t(ecp_i_on_plane(c) ? c->Qa : c->Qb, c->n, local);
     if (ecp_i_on_plane(c)) {
@@ -4190,8 +4215,8 @@ static void ecp_i_pair_residual(ecp_i_pair *c, const ecp_real *y, ecp_real h, ec
     F[row++] =
         ecp_i_fb_value(c->p[0], c->d / (h * c->V) + ecp_i_relax(c) * c->p[0], ecp_i_relax(c), &r);
     if (ecp_i_nf(c) == 0) return;
-    for (i = 0; i < ecp_i_nf(c); i++) F[row + i] = 0;
-    ecp_i_add_friction_rows(c, c->rho, 1, 1, F + row);
+    ecp_i_cone_project(c, ecp_i_rho(c), &q);
+    ecp_i_friction_rows(c, &q, F + row);
 }
 
 /* >>jacobian: one column for each unknown, by carrying a first-order change through the rows */
@@ -4238,24 +4263,13 @@ static int ecp_i_pair_column(const ecp_i_pair *c, const ecp_i_change *t, ecp_rea
     return row;
 }
 
-/* what the columns of one block have in common: the slopes of the gap's row by p_n and by the gap; rho of
-   this Newton step; the part of z that the projection takes away; and, unless that is nothing, the slopes
-   of outer by |z| and of the radius by p_n */
+/* what the columns of one block have in common: the slopes of the gap's row by p_n and by the gap; the
+   projection, the part of z that it takes away and, unless that is nothing, the slopes of outer by |z| and
+   of the radius by p_n */
 typedef struct ecp_i_slopes {
-    ecp_real p, d, rho, rest, outer, radius;
+    ecp_real p, d, rest, outer, radius;
+    ecp_i_projection of;
 } ecp_i_slopes;
-
-/* what rho of a Newton step is at least, in units of that of the residual */
-#define ECP_I_LEAST_RHO ECP_R(0.0009765625)
-
-/* rho of a Newton step. No solution of the true problem depends on rho, but Newton takes a contact to stick
-   where rho slip is within mu p_n, and where the load is light beside the momenta in play that is so
-   little slip that it does not find from slipping to sticking: rho is not more than the load. */
-static ecp_real ecp_i_step_rho(const ecp_i_pair *c)
-{
-    ecp_real load = ecp_i_max(ecp_i_norm(c->weight), ECP_I_LEAST_RHO * c->rho);
-    return ecp_i_relax(c) > 0 ? c->rho : ecp_i_min(c->rho, load);
-}
 
 static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_real kink, ecp_i_slopes *s)
 {
@@ -4267,9 +4281,11 @@ static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_real kink, ec
         s->d = 1;
     }
     s->rest = 0;
-    if (ecp_i_nf(c) == 0 || !(c->outer > c->radius)) return;
-    s->rest = (c->outer - c->radius) / c->outer;
-    apart = c->z_norm - c->radius;
+    if (ecp_i_nf(c) == 0) return;
+    ecp_i_cone_project(c, ecp_i_rho(c), &s->of);
+    s->rest = ecp_i_taken_away(&s->of);
+    if (!(s->rest > 0)) return;
+    apart = s->of.z_norm - s->of.radius;
     q = ecp_i_smooth_abs(apart, tau2);
     size = ecp_i_smooth_abs(p, tau2);
     s->outer = (1 + apart / q) / 2;
@@ -4282,20 +4298,21 @@ static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_real kink, ec
 static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i_change *t,
                                   const ecp_real dw[3], ecp_real *column)
 {
+    const ecp_i_projection *q = &s->of;
     ecp_real along = 0, shrink = 1 - s->rest, grows;
     int k, ld = c->columns;
     for (k = 0; k < ecp_i_nf(c); k++) {
         ecp_real give = (ecp_i_relax(c) + c->compliance) * t->p[1 + k];
-        column[ld * k] = s->rho * (c->e[k] * dw[k] / c->V + give);
-        along += c->z[k] * (t->p[1 + k] - column[ld * k]);
+        column[ld * k] = q->rho * (c->e[k] * dw[k] / c->V + give);
+        along += q->z[k] * (t->p[1 + k] - column[ld * k]);
     }
     if (!(s->rest > 0)) return;
     /* dP = s dz + z grows with s = radius / outer, so grows = (d radius - s d outer) / outer */
     grows = ((1 - shrink * (1 - s->outer)) * s->radius * t->p[0] -
-             shrink * s->outer * along / c->z_norm) /
-            c->outer;
+             shrink * s->outer * along / q->z_norm) /
+            q->outer;
     for (k = 0; k < ecp_i_nf(c); k++) {
-        column[ld * k] = s->rest * t->p[1 + k] + shrink * column[ld * k] - c->z[k] * grows;
+        column[ld * k] = s->rest * t->p[1 + k] + shrink * column[ld * k] - q->z[k] * grows;
     }
 }
 
@@ -4599,7 +4616,7 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
 {
     /* how near to its kink a row may be treated as on either side */
     ecp_real kink = centring ? ecp_i_sqrt(ECP_I_EPSILON) : ECP_R(0);
-    ecp_real b[3], friction[3] = {0, 0, 0}, shift_a[3], shift_b[3] = {0, 0, 0}, da[3], *rhs;
+    ecp_real b[3], shift_a[3], shift_b[3] = {0, 0, 0}, da[3], *rhs;
     ecp_i_slopes slopes;
     ecp_i_change t;
     int i, k, rows, row, bodies = ecp_i_moves_a(c) + ecp_i_moves_b(c);
@@ -4622,13 +4639,10 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
     rows = c->ny + 6 * bodies;
     c->columns = rows + 1;
     ECPSIM_MEMSET(c->block, 0, (size_t)(rows * c->columns) * sizeof(ecp_real));
-    slopes.rho = ecp_i_nf(c) > 0 ? ecp_i_step_rho(c) : ECP_R(0);
-    if (ecp_i_nf(c) > 0) ecp_i_add_friction_rows(c, slopes.rho, 1, 1, friction);
     ecp_i_pair_slopes(c, h, kink, &slopes);
     ecp_i_block_columns(c, &slopes, h);
 
-    /* right-hand side: -F, less what the eliminated multipliers and the target change; in the end the
-       friction rows with this step's rho take the place of those with the residual's, that F has */
+    /* right-hand side: -F, less what the eliminated multipliers and the target change */
     rhs = c->block + rows;
     ECPSIM_MEMSET(&t, 0, sizeof t);
     ecp_i_change_cone(c, shift_a, &t);
@@ -4649,11 +4663,7 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
         rhs[c->columns * row++] -= F[(ecp_i_on_plane(c) ? 3 : 4) + c->active_a[i]];
     for (i = 0; i < ecp_i_km(c); i++)
         rhs[c->columns * row++] -= F[4 + c->nl + c->on_b->active_b[i]];
-    rhs[c->columns * row++] -= F[ecp_i_at_p(c)];
-    if (ecp_i_nf(c) == 0) return;
-    rhs += c->columns * row;
-    for (k = 0; k < ecp_i_nf(c); k++) rhs[c->columns * k] -= F[ecp_i_at_p(c) + 1 + k] + friction[k];
-    ecp_i_add_friction_rows(c, c->rho, 1, c->columns, rhs);
+    for (k = 0; k <= ecp_i_nf(c); k++) rhs[c->columns * row++] -= F[ecp_i_at_p(c) + k];
 }
 
 /* Of what is left, the columns in which even a small pivot is one to take, as hardly a force depends
@@ -4968,7 +4978,11 @@ static int ecp_i_front_body(const ecp_i_front *f) { return ECP_I_PAIRS ? f->body
 /* a patch's row whose velocities count less than this, in the units of such rows, constrains nothing */
 #define ECP_I_NO_CONSTRAINT ECP_R(1e-9)
 
-#define ECP_I_SAME_FORCE (64 * ECP_I_EPSILON)
+/* Forces that act on a body, and momentum that fixes velocities, are more than what rounding leaves, which
+   elimination makes grow by the ratios of masses and arms; but the smallest moment of inertia of a needle
+   is 1e-6. A velocity that its momentum does not fix stays as it is. */
+#define ECP_I_SAME_FORCE ecp_i_max(64 * ECP_I_EPSILON, ECP_R(1e-12))
+#define ECP_I_SAME_MOMENTUM ecp_i_max(4 * ECP_I_EPSILON, ECP_R(1e-11))
 
 /* what an open velocity costs in the least step, should another front need it */
 #define ECP_I_OPEN_WEIGHT ECP_R(100.0)
@@ -5036,26 +5050,25 @@ static void ecp_i_front_balance(ecp_i_front *f)
 }
 
 /* The momentum that no force takes fixes rank_m of the remaining velocities; equations that are left
-   over become constraints on the others. Returns how many of those there are, from row rank_c of C.
-   (Its floor is next to rounding: the smallest moment of inertia of a needle is 1e-6, and a velocity
-   that it does not fix stays as it is.) */
+   over become constraints on the others. Returns how many of those there are, from row rank_c of C. */
 static int ecp_i_front_momentum(ecp_i_front *f, ecp_real *tau)
 {
     int ld = 7 + ecp_i_width(f), free = 6 - f->rank_c, rows = 6 - f->rank_b, all = ld - f->rank_c;
     int left = f->constraints - f->rank_c, i, j;
-    ecp_real *S = f->W + ld * f->rank_b + f->rank_c, scale;
-    for (i = 0; i < rows; i++) ecp_i_insert(f->rank_c, ld, f->R, ld, f->W + ld * (f->rank_b + i));
-    scale = ecp_i_row_size(rows > 0 ? all - 1 : 0, S);
-    for (i = 1; i < rows; i++) scale = ecp_i_max(scale, ecp_i_row_size(all - 1, S + ld * i));
+    ecp_real *S = f->W + ld * f->rank_b + f->rank_c, size = 0;
+    for (i = 0; i < rows; i++) {
+        ecp_i_insert(f->rank_c, ld, f->R, ld, f->W + ld * (f->rank_b + i));
+        size = ecp_i_max(size, ecp_i_row_size(all - 1, S + ld * i));
+    }
     f->rank_m =
-        ecp_i_qr(rows, free, all, S, ld, tau, f->piv_m, 4 * ECP_I_EPSILON, 4 * ECP_I_EPSILON);
+        ecp_i_qr(rows, free, all, S, ld, tau, f->piv_m, ECP_I_SAME_MOMENTUM, ECP_I_SAME_MOMENTUM);
     ecp_i_solve_rows(f->rank_m, all, S, ld);
     for (i = f->rank_m; ECP_I_PAIRS && i < rows; i++) {
         const ecp_real *row = S + ld * i + free;
-        ecp_real size = ecp_i_row_size(ecp_i_width(f), row),
+        ecp_real rest = ecp_i_row_size(ecp_i_width(f), row),
                  *to = f->C + ld * (f->rank_c + left) + 6;
-        if (!(size > ECP_I_SAME_FORCE * scale)) continue;
-        for (j = 0; j <= ecp_i_width(f); j++) to[j] = row[j] / size;
+        if (!(rest > ECP_I_SAME_FORCE * size)) continue;
+        for (j = 0; j <= ecp_i_width(f); j++) to[j] = row[j] / rest;
         left++;
     }
     for (i = 6; i < 6 + ecp_i_width(f); i++) {
@@ -5401,13 +5414,25 @@ static void ecp_i_pair_noise(const ecp_i_pair *c, ecp_real h, ecp_real tiny)
     c->mb->noise = ecp_i_max(c->mb->noise, noise);
 }
 
-/* F at z = (six scaled velocity changes a body, then the patches), and the largest |F_i| above its
-   rounding floor. */
-static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax, ecp_real *F)
+static ecp_real ecp_i_largest(int n, const ecp_real *F)
+{
+    ecp_real worst = 0;
+    int i;
+    for (i = 0; i < n; i++) {
+        ecp_i_worst(&worst, ecp_i_abs(F[i]));
+    }
+    return worst;
+}
+
+/* F at z = (six scaled velocity changes a body, then the patches), and how large it is (ecp_i_problem);
+   friction is measured with a rho that does not depend on the load. */
+static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax, ecp_real *F,
+                                      ecp_real *largest)
 {
     ecp_i_island *s = (ecp_i_island *)self;
     ecp_real worst = 0, dv[6];
     int i, k, r;
+    *largest = 0;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
         ecp_i_scale(m->speed, z + 6 * i, dv);
@@ -5443,18 +5468,24 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real re
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs[i];
         const ecp_real *row = F + c->at;
-        ecp_real jitter = ecp_i_moves_a(c) ? c->ma->jitter : ECP_R(0), geometry, friction;
+        ecp_i_projection q;
+        ecp_real jitter = ecp_i_moves_a(c) ? c->ma->jitter : ECP_R(0), geometry, friction[3];
         int normal = ecp_i_on_plane(c) ? 3 : 4, gap = ecp_i_at_p(c);
         if (ecp_i_moves_b(c)) jitter = ecp_i_max(jitter, c->mb->jitter);
         geometry = jitter * s->h / c->L;
-        friction = jitter / c->V;
-        if (ecp_i_nf(c) > 0 && c->z_norm > c->radius) friction *= c->radius / c->z_norm;
         for (r = 0; r < normal; r++) {
             ecp_i_worst(&worst, ecp_i_abs(row[r]) - geometry - c->n_noise);
         }
         for (; r < gap; r++) ecp_i_worst(&worst, ecp_i_abs(row[r]) - geometry);
         ecp_i_worst(&worst, c->gap_weight * (ecp_i_abs(row[r++]) - c->d_noise / (s->h * c->V)));
-        for (; r < c->count; r++) ecp_i_worst(&worst, ecp_i_abs(row[r]) - friction);
+        ecp_i_worst(largest, ecp_i_largest(r, row));
+        if (ecp_i_nf(c) == 0) continue;
+        ecp_i_cone_project(c, c->rho, &q);
+        ecp_i_friction_rows(c, &q, friction);
+        r = ecp_i_nf(c);
+        ecp_i_worst(largest, ecp_i_largest(r, friction));
+        ecp_i_worst(&worst,
+                    ecp_i_largest(r, friction) - (1 - ecp_i_taken_away(&q)) * jitter / c->V);
     }
     for (i = 0; i < ecp_i_body_count(s); i++) {
         const ecp_i_motion *m = ecp_i_mover(s, i);
@@ -5464,6 +5495,7 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real re
             ecp_real floor = 16 * ECP_I_EPSILON * m->floor[k] / scale;
             for (r = 0; r < 3; r++) {
                 row[r] = m->residual[3 * k + r] / scale;
+                ecp_i_worst(largest, ecp_i_abs(row[r]));
                 ecp_i_worst(&worst, ecp_i_abs(row[r]) - floor - noise);
             }
         }
@@ -5647,9 +5679,10 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
 typedef struct ecp_i_problem {
     void *self;
     int n;
-    /* F[n] at z, of the problem relaxed by so much (0: not at all); returns the largest |F_i| above its
-       rounding floor */
-    ecp_real (*residual)(void *self, const ecp_real *z, ecp_real relax, ecp_real *F);
+    /* F[n] at z, of the problem relaxed by so much (0: not at all); *largest: the largest |F_i|, in the
+       units in which it is to be small, which need not be those of F; returns it above its rounding floor */
+    ecp_real (*residual)(void *self, const ecp_real *z, ecp_real relax, ecp_real *F,
+                         ecp_real *largest);
     /* the Newton step at the z of the last residual; 0: none. fine: 1, or the relative difference
        down to which equations are to be told apart. compliance: damps it, 0: not at all */
     int (*step)(void *self, const ecp_real *z, const ecp_real *F, ecp_real fine,
@@ -5666,6 +5699,7 @@ typedef struct ecp_i_problem {
 } ecp_i_problem;
 
 typedef struct ecp_i_effort {
+    ecp_real largest; /* of the last residual */
     int iterations, evaluations, fallbacks;
     int most; /* iterations that may be made; -1: more were wanted */
 } ecp_i_effort;
@@ -5674,6 +5708,7 @@ typedef struct ecp_i_effort {
 static ecp_i_effort ecp_i_effort_after(const ecp_options *o, int iterations)
 {
     ecp_i_effort effort;
+    effort.largest = 0;
     effort.iterations = effort.evaluations = effort.fallbacks = 0;
     effort.most = 0x7fffffff;
     if (o->max_total_iterations > 0) {
@@ -5701,16 +5736,6 @@ static ecp_real ecp_i_merit(int n, const ecp_real *F)
     int i;
     for (i = 0; i < n; i++) sum += F[i] * F[i];
     return sum / 2;
-}
-
-static ecp_real ecp_i_largest(int n, const ecp_real *F)
-{
-    ecp_real worst = 0;
-    int i;
-    for (i = 0; i < n; i++) {
-        ecp_i_worst(&worst, ecp_i_abs(F[i]));
-    }
-    return worst;
 }
 
 /* The residual that Newton aims at, and the one that a warm start must have to need no iteration:
@@ -5759,10 +5784,9 @@ static ecp_real ecp_i_content(ecp_real tolerance)
 #define ECP_I_LONGEST_STRIDE ECP_R(0.1)
 #define ECP_I_STRIDE_MERIT ECP_R(1e-4)
 
-/* a search in progress: the last merits; what the last residual was, before and after its rounding floor
-   was taken off; the compliance; the length of the last stride, and what it was to mend */
+/* a search in progress: the last merits; what the last residual was above its rounding floor; the compliance; the length of the last stride, and what it was to mend */
 typedef struct ecp_i_search {
-    ecp_real merits[ECP_I_MEMORY], slack, merit, largest, error, fine, compliance, stride, miss;
+    ecp_real merits[ECP_I_MEMORY], slack, merit, error, fine, compliance, stride, miss;
 } ecp_i_search;
 
 /* the residual at z + t dz, which p->trial becomes */
@@ -5771,7 +5795,7 @@ static void ecp_i_try(const ecp_i_problem *p, const ecp_real *z, ecp_real t, ecp
 {
     int i;
     for (i = 0; i < p->n; i++) p->trial[i] = z[i] + t * p->dz[i];
-    s->error = p->residual(p->self, p->trial, relax, p->F);
+    s->error = p->residual(p->self, p->trial, relax, p->F, &effort->largest);
     s->merit = ecp_i_merit(p->n, p->F);
     effort->evaluations++;
 }
@@ -5828,10 +5852,10 @@ static void ecp_i_take_stride(const ecp_i_problem *p, const ecp_real *z, ecp_rea
 }
 
 /* are all rows at rounding, so that another iteration would only stir it? */
-static int ecp_i_at_rounding(const ecp_i_search *s, ecp_real tolerance)
+static int ecp_i_at_rounding(ecp_real largest, ecp_real error, ecp_real tolerance)
 {
-    if (s->largest <= ecp_i_aim(tolerance)) return 1;
-    return s->error <= ecp_i_aim(tolerance) && s->largest <= ecp_i_content(tolerance) / 8;
+    if (largest <= ecp_i_aim(tolerance)) return 1;
+    return error <= ecp_i_aim(tolerance) && largest <= ecp_i_content(tolerance) / 8;
 }
 
 /* Newton from z, with a line search on |F|^2 / 2. A step of which the line search takes next to nothing
@@ -5845,10 +5869,9 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     ecp_i_search s;
     ecp_real before, above, t;
     int k, most = limit;
-    s.error = p->residual(p->self, z, relax, p->F);
+    s.error = p->residual(p->self, z, relax, p->F, &effort->largest);
     effort->evaluations++;
-    s.largest = ecp_i_largest(p->n, p->F);
-    if (ecp_i_at_rounding(&s, tolerance)) return 1;
+    if (ecp_i_at_rounding(effort->largest, s.error, tolerance)) return 1;
     if (warm && s.error <= ecp_i_content(tolerance)) return 1;
     for (k = 0; k < ECP_I_MEMORY; k++) s.merits[k] = ecp_i_merit(p->n, p->F);
     s.slack = ECP_I_SLACK;
@@ -5861,12 +5884,12 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
         }
         if (!p->step(p->self, z, p->F, s.fine, s.compliance, p->dz)) return s.error <= tolerance;
         effort->iterations++;
-        before = s.largest;
+        before = effort->largest;
         above = s.error;
         t = ecp_i_line_search(p, z, tolerance, relax, &s, effort);
         if (!(t > 0)) {
             /* back to the last point; it may be one that will do */
-            s.error = p->residual(p->self, z, relax, p->F);
+            s.error = p->residual(p->self, z, relax, p->F, &effort->largest);
             if (above <= tolerance || s.compliance >= ECP_I_MOST_COMPLIANCE)
                 return above <= tolerance;
             most = ECP_I_DAMPED_LIMIT * limit;
@@ -5887,9 +5910,8 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             s.compliance *= 4;
         }
         ECPSIM_MEMCPY(z, p->trial, (size_t)p->n * sizeof(ecp_real));
-        s.largest = ecp_i_largest(p->n, p->F);
-        if (ecp_i_at_rounding(&s, tolerance)) return 1;
-        if (s.error <= tolerance && 2 * s.largest > before &&
+        if (ecp_i_at_rounding(effort->largest, s.error, tolerance)) return 1;
+        if (s.error <= tolerance && 2 * effort->largest > before &&
             (s.error <= ecp_i_aim(tolerance) || 2 * s.error > above)) {
             return 1;
         }
@@ -5994,7 +6016,7 @@ static int ecp_i_attempt(const ecp_i_problem *p, int k, const ecp_options *o, ec
         p->start(p->self, k, z);
         if (ecp_i_continue_in_haste(p, o->tolerance, z, effort)) return 1;
         ECPSIM_MEMCPY(z, p->stalled, (size_t)p->n * sizeof(ecp_real));
-        p->residual(p->self, z, 0, p->F);
+        p->residual(p->self, z, 0, p->F, &effort->largest);
         effort->evaluations++;
     }
     if (!p->repair || !ecp_i_may(o, ECP_FALLBACK_GEOMETRIC)) return 0;
@@ -6069,7 +6091,8 @@ typedef struct ecp_i_mcp {
     ecp_real tau;
 } ecp_i_mcp;
 
-static ecp_real ecp_i_mcp_residual(void *self, const ecp_real *z, ecp_real tau, ecp_real *F)
+static ecp_real ecp_i_mcp_residual(void *self, const ecp_real *z, ecp_real tau, ecp_real *F,
+                                   ecp_real *largest)
 {
     ecp_i_mcp *s = (ecp_i_mcp *)self;
     ecp_real worst = 0, da, db;
@@ -6080,6 +6103,7 @@ static ecp_real ecp_i_mcp_residual(void *self, const ecp_real *z, ecp_real tau, 
         F[i] = i < n ? s->value[i] : ecp_i_fb(z[i], s->value[i], tau, &da, &db);
         ecp_i_worst(&worst, ecp_i_abs(F[i]));
     }
+    *largest = worst;
     return worst;
 }
 
@@ -6195,7 +6219,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
         report->iterations = effort.iterations;
         report->evaluations = effort.evaluations;
         report->fallbacks = effort.fallbacks & ~ECP_FALLBACK_GEOMETRIC;
-        report->natural_residual = ecp_i_mcp_residual(&s, work, 0, p.F);
+        report->natural_residual = ecp_i_mcp_residual(&s, work, 0, p.F, &effort.largest);
         report->merit = ecp_i_merit(size, p.F);
     }
     return solved ? ECP_OK : ECP_NOT_SOLVED;
@@ -8200,7 +8224,7 @@ static ecp_real ecp_i_centring_length(const ecp_i_island *s, const ecp_real *z, 
 static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_step *step,
                         ecp_real *z, ecp_real *best, ecp_i_effort *effort)
 {
-    ecp_real size, before = 0, t, most = ecp_i_max(step->o->tolerance, ecp_i_largest(p->n, p->F));
+    ecp_real size, before = 0, t, most = ecp_i_max(step->o->tolerance, effort->largest);
     int round, i, k, idle = 0;
     for (round = 0; round < 20; round++) {
         ECPSIM_MEMCPY(best, z, (size_t)p->n * sizeof(ecp_real));
@@ -8218,14 +8242,13 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
         before = size;
         t = ecp_i_centring_length(s, z, p->dz);
         for (i = 0; i < p->n; i++) z[i] += t * p->dz[i];
-        if (ecp_i_newton(p, 0, step->o->tolerance, 10, 0, z, effort) &&
-            ecp_i_largest(p->n, p->F) <= most) {
+        if (ecp_i_newton(p, 0, step->o->tolerance, 10, 0, z, effort) && effort->largest <= most) {
             if (size <= ecp_i_sqrt(step->o->tolerance) / 10) return 1;
             if (!(t > 0)) return 0;
             continue;
         }
         ECPSIM_MEMCPY(z, best, (size_t)p->n * sizeof(ecp_real));
-        p->residual(s, z, 0, p->F);
+        p->residual(s, z, 0, p->F, &effort->largest);
         return 0;
     }
     return 0;
@@ -8236,8 +8259,9 @@ static void ecp_i_record(ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp
 {
     const ecp_i_body *body = c->ma->body;
     ecp_contact *k = &c->record->contact;
+    ecp_i_projection q;
     ecp_i_posed A, B;
-    ecp_real unit[3], centre[3], at[3], w[3];
+    ecp_real unit[3], centre[3], at[3];
     int i;
     c->record->centred = o->rule == ECP_CENTRED;
     k->shape_a = c->shape_a;
@@ -8280,12 +8304,12 @@ static void ecp_i_record(ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp
     k->p_t = c->e[0] * c->P * c->p[1];
     k->p_o = c->e[1] * c->P * c->p[2];
     k->p_r = ecp_i_torsion(c);
-    if (!(c->z_norm - c->radius > 10 * o->tolerance)) {
+    ecp_i_cone_project(c, c->rho, &q);
+    if (!(q.z_norm - q.radius > 10 * o->tolerance)) {
         k->mode = ECP_STICK;
         return;
     }
-    ecp_i_slip(c, w);
-    k->sigma = ecp_i_norm(w);
+    k->sigma = c->V * ecp_i_norm(c->slip);
 }
 
 /* max of |y| - mu p_n, in N s */
@@ -8329,7 +8353,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     ecp_i_island s;
     ecp_i_problem p;
     ecp_i_effort effort = ecp_i_effort_after(step->o, step->r->iterations);
-    ecp_real *vectors[ECP_I_VECTORS], *z, *best, error, merit, largest;
+    ecp_real *vectors[ECP_I_VECTORS], *z, *best, error, merit;
     size_t mark = step->arena.used;
     int i, solved, centred = 1;
     s.centring = s.many = s.uncentred = s.in_vain = 0;
@@ -8374,7 +8398,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
         step->r->centred &= centred;
     }
     if (step->arena.overflow) return ecp_i_no_room(step, &s, label);
-    error = solved ? 0 : p.residual(&s, z, 0, p.F);
+    error = solved ? 0 : p.residual(&s, z, 0, p.F, &effort.largest);
     step->r->islands++;
     step->r->unknowns += s.unknowns;
     step->r->iterations += effort.iterations;
@@ -8384,13 +8408,12 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
         step->motions[label].stirred = 1; /* does not sleep */
     }
     merit = ecp_i_merit(p.n, p.F);
-    largest = ecp_i_largest(p.n, p.F);
     step->r->merit += merit;
-    ecp_i_worst(&step->r->natural_residual, largest);
+    ecp_i_worst(&step->r->natural_residual, effort.largest);
     if (solved && !ecp_i_finite(merit)) {
         /* near overflow rounding floors let anything pass */
         solved = 0;
-        error = largest;
+        error = effort.largest;
     }
     if (!solved) {
         return ecp_i_fail(step->r, ECP_NOT_SOLVED, label, s.pairs[0]->shape_a, s.pairs[0]->shape_b,

@@ -350,7 +350,8 @@ static void elimination_vectors(elimination_island *e)
     }
     CHECK(at <= ELIMINATION_UNKNOWNS);
     ecp_i_island_units(&e->s);
-    equations_one_rho(&e->s, 0);
+    /* of the load, which rho goes by */
+    for (i = 0; i < e->pair_count; i++) ecp_i_set3(0, 0, 1 / (ecp_real)(1 + i), e->pairs[i].weight);
 }
 
 /* a vector in the island's order to that of the world, or back */
@@ -396,7 +397,7 @@ static void elimination_shuffle(elimination_island *e, unsigned seed)
 {
     elimination_arrange(e, seed);
     elimination_reorder(e, 1, e->z, e->keep_z);
-    ecp_i_island_residual(&e->s, e->z, 0, e->F);
+    equations_residual(&e->s, e->z, 0, e->F);
     elimination_reorder(e, 1, e->F, e->keep_F);
 }
 
@@ -509,13 +510,13 @@ static double elimination_difference(elimination_island *e, const ecp_real *dz)
     for (s = -3; s <= 3; s++) {
         if (s == 0) continue;
         for (i = 0; i < n; i++) z[i] = (ecp_real)((double)e->z[i] + s * t * (double)dz[i]);
-        ecp_i_island_residual(&e->s, z, 0, F);
+        equations_residual(&e->s, z, 0, F);
         for (i = 0; i < n; i++) {
             sum[i] += (s < 0 ? -weight[-s - 1] : weight[s - 1]) / (60 * t) * (double)F[i];
         }
     }
     for (i = 0; i < n; i++) worst = fmax(worst, fabs(sum[i] + (double)e->F[i]));
-    ecp_i_island_residual(&e->s, e->z, 0, F);
+    equations_residual(&e->s, e->z, 0, F);
     return worst / fmax(size, most);
 }
 
@@ -580,14 +581,14 @@ static int elimination_random_point(elimination_island *e)
     for (i = 0; i < e->s.unknowns; i++)
         e->z[i] = i < 6 * e->s.body_count ? ECP_R(0.5 * test_random()) : 0;
     for (i = 0; i < e->pair_count; i++) e->pairs[i].relax = 0;
-    ecp_i_island_residual(&e->s, e->z, 0, e->F);
+    equations_residual(&e->s, e->z, 0, e->F);
     for (i = 0; i < e->pair_count; i++) {
         ecp_i_pair *c = e->pairs + i;
         for (attempt = 0; !equations_try(c, e->z + c->at, e->s.h, active, mode[i]); attempt++) {
             if (attempt == 20000) return 0;
         }
     }
-    ecp_i_island_residual(&e->s, e->z, 0, e->F);
+    equations_residual(&e->s, e->z, 0, e->F);
     return 1;
 }
 
@@ -641,6 +642,38 @@ static double elimination_disorder(elimination_island *e)
     }
     elimination_shuffle(e, 0);
     return worst;
+}
+
+/* how many velocities are left to momentum */
+static int elimination_free(const elimination_island *e)
+{
+    int k, count = 0;
+    for (k = 0; k < e->s.body_count; k++) count += e->s.tree.fronts[k].rank_m;
+    return count;
+}
+
+/* Is each constraint clearly the same as others or another one? As many velocities are left to momentum
+   whether constraints are told apart from ECP_I_SAME_CONSTRAINT on or far below, in any order. Between the two
+   the library may take them for either, and no dense solution says which. */
+static int elimination_distinct(elimination_island *e)
+{
+    ecp_real keep = elimination_fine;
+    int k, clear = 1;
+    elimination_reorder(e, 0, e->z, e->keep_z);
+    elimination_reorder(e, 0, e->F, e->keep_F);
+    for (k = 0; k < 4; k++) {
+        int count;
+        elimination_shuffle(e, (unsigned)k);
+        elimination_fine = 0;
+        elimination_step(e);
+        count = elimination_free(e);
+        elimination_fine = 1;
+        elimination_step(e);
+        clear &= elimination_free(e) == count;
+    }
+    elimination_shuffle(e, 0);
+    elimination_fine = keep;
+    return clear;
 }
 
 static int elimination_done, elimination_skipped; /* points, and those that are nearly singular */
@@ -698,7 +731,7 @@ static void elimination_test_random(void)
             CHECK(elimination_random_point(e));
             elimination_done++;
             longest = elimination_longest(e);
-            if (!(longest < test_by(1e4, 2e3)) || elimination_open_choice(e)) {
+            if (!(longest < test_by(1e4, 2e3)) || e->s.many || elimination_open_choice(e)) {
                 elimination_skipped++;
             } else {
                 elimination_judge("rows", shape, n, elimination_error(e, e->dz, out),
@@ -713,7 +746,7 @@ static void elimination_test_random(void)
         }
     }
     elimination_fine = 1;
-    CHECK(4 * elimination_skipped < elimination_done);
+    CHECK(2 * elimination_skipped < elimination_done);
 }
 
 /* ---- blocks of cells */
@@ -880,6 +913,7 @@ static void elimination_multiplier(const ecp_i_part *part, const ecp_real x[3], 
 static void elimination_touch_point(ecp_i_pair *c, const elimination_face *face,
                                     elimination_touch touch, ecp_real h, ecp_real *y)
 {
+    ecp_i_projection q;
     ecp_real a[3], n[3] = {0, 0, 0}, *p = y + ecp_i_at_p(c);
     double radius, size = 0, aim[3];
     int i, k;
@@ -900,7 +934,7 @@ static void elimination_touch_point(ecp_i_pair *c, const elimination_face *face,
     }
     ecp_i_pair_evaluate(c, y, h);
     ecp_i_set_direction(c);
-    equations_evaluate(c, y, h);
+    q = equations_project(c, y, h);
     if (c->nf == 0) return;
     radius = (double)c->mu * (double)p[0];
     for (k = 0; k < c->nf; k++) {
@@ -909,7 +943,7 @@ static void elimination_touch_point(ecp_i_pair *c, const elimination_face *face,
     }
     for (k = 0; k < c->nf; k++) {
         double z = aim[k] / sqrt(size) * radius * (touch == ELIMINATION_SLIPS ? 1.5 : 0.5);
-        p[1 + k] = ECP_R(z - (double)c->z[k]);
+        p[1 + k] = ECP_R(z - (double)q.z[k]);
     }
 }
 
@@ -923,7 +957,7 @@ static void elimination_cells_point(elimination_island *e, const elimination_fac
     elimination_kinks = 0;
     for (i = 0; i < e->s.unknowns; i++) e->z[i] = 0;
     for (i = 0; i < e->pair_count; i++) e->pairs[i].relax = 0;
-    ecp_i_island_residual(&e->s, e->z, 0, e->F); /* moves the bodies */
+    equations_residual(&e->s, e->z, 0, e->F); /* moves the bodies */
     for (i = 0; i < e->pair_count; i++) {
         ecp_i_pair *c = e->pairs + i;
         int k = elimination_pick(all);
@@ -934,10 +968,13 @@ static void elimination_cells_point(elimination_island *e, const elimination_fac
         if (touch == ELIMINATION_APART && c->plane) touch = ELIMINATION_LOOSE;
         elimination_touch_point(c, face + i, touch, e->s.h, e->z + c->at);
     }
-    ecp_i_island_residual(&e->s, e->z, 0, e->F);
+    equations_residual(&e->s, e->z, 0, e->F);
     for (i = 0; i < e->pair_count; i++) {
         const ecp_i_pair *c = e->pairs + i;
-        double edge = fabs((double)c->z_norm - (double)c->radius);
+        double edge;
+        ecp_i_projection q;
+        ecp_i_cone_project(c, ecp_i_rho(c), &q);
+        edge = fabs((double)q.z_norm - (double)q.radius);
         int loose = !(e->z[c->at + ecp_i_at_p(c)] > 0) && !(c->d > 0);
         elimination_kinks += loose || (c->nf > 0 && edge < 0.05);
     }
@@ -1181,6 +1218,7 @@ static void elimination_aim(elimination_island *e)
 
 /* how often what was looked at */
 static int elimination_least, elimination_orders, elimination_contradictions;
+static int elimination_steps, elimination_unclear; /* steps, and those that are left out */
 
 /* The step for a right-hand side that has a solution, counted from zero (aim 0) or from the target of
    the rule ECP_CENTRED (1); or for any (2). Ranks are clear in double: what counts in S is above 1e-10
@@ -1196,6 +1234,11 @@ static void elimination_check_step(elimination_island *e, int aim, const char *n
     elimination_step(e); /* takes the memory of the blocks */
     if (aim < 2) elimination_aim(e);
     for (i = 0; aim == 2 && i < e->s.unknowns; i++) e->F[i] = ECP_R(test_random());
+    elimination_steps++;
+    if (!elimination_distinct(e)) {
+        elimination_unclear++;
+        return;
+    }
     elimination_step(e);
     passes = elimination_open_choice(e);
     if (aim < 2) elimination_judge(name, aim, n, elimination_error(e, e->dz, out), noise);
@@ -1384,8 +1427,6 @@ static void elimination_test_cells(void)
     }
     g = elimination_grid(4, 1, 10);
     elimination_check_cells(&g, manners, "wall of 40");
-    CHECK(elimination_contradictions >= 30);
-    CHECK(test_by(0, 1) > 0 || (elimination_least >= 60 && elimination_orders >= 80));
 }
 
 /* Two balls in one body that stick to the ground: what stretches the body is constrained twice, and not
@@ -1421,9 +1462,10 @@ static double elimination_twice(double speed, double *rows)
     for (k = 0; k < 2; k++) elimination_pair(e, 1 + k, 0);
     elimination_vectors(e);
     for (i = 0; i < e->s.unknowns; i++) e->z[i] = 0;
-    ecp_i_island_residual(&e->s, e->z, 0, e->F);
+    equations_residual(&e->s, e->z, 0, e->F);
     for (k = 0; k < 2; k++) {
         ecp_i_pair *c = e->pairs + k;
+        ecp_i_projection q;
         ecp_real *y = e->z + c->at, n[3];
         ecp_i_mul_t(c->Qa, c->n, n);
         for (i = 0; i < 3; i++) y[i] = n[i] / 4 / c->L;
@@ -1432,14 +1474,11 @@ static double elimination_twice(double speed, double *rows)
         y[ecp_i_at_p(c)] = 1;
         ecp_i_pair_evaluate(c, y, e->s.h);
         ecp_i_set_direction(c);
-        equations_evaluate(c, y, e->s.h);
-        for (i = 0; i < 2; i++) y[ecp_i_at_p(c) + 1 + i] = -c->z[i];
+        q = equations_project(c, y, e->s.h);
+        for (i = 0; i < 2; i++) y[ecp_i_at_p(c) + 1 + i] = -q.z[i];
     }
-    ecp_i_island_residual(&e->s, e->z, 0, e->F);
-    elimination_step(e);
-    for (i = 0; i < e->s.unknowns; i++) e->F[i] = ECP_R(test_random());
-    elimination_step(e);
-    size = (double)ecp_i_largest(e->s.unknowns, e->dz);
+    equations_residual(&e->s, e->z, 0, e->F);
+    size = elimination_longest(e);
     elimination_aim(e);
     elimination_step(e);
     *rows = elimination_error(e, e->dz, out);
@@ -1460,11 +1499,26 @@ static void elimination_test_twice(void)
     CHECK_NEAR(rows, 0, test_by(1e-11, 1e-3));
 }
 
+/* Points at which noise was once taken for a force (13, 26, 65) or for momentum that fixes a velocity (75) */
+static void elimination_test_noise(void)
+{
+    static const unsigned seed[4] = {13, 26, 65, 75};
+    int k;
+    for (k = 0; k < 4; k++) {
+        test_seed = seed[k];
+        elimination_test_cells();
+    }
+}
+
 static void test_elimination(void)
 {
     test_seed = 41;
     elimination_test_order();
     elimination_test_random();
     elimination_test_cells();
+    CHECK(elimination_contradictions >= 30);
+    CHECK(test_by(0, 1) > 0 || (elimination_least >= 60 && elimination_orders >= 80));
+    CHECK(20 * elimination_unclear < elimination_steps);
     elimination_test_twice();
+    elimination_test_noise();
 }

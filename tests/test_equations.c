@@ -170,17 +170,10 @@ static void equations_add_shape(ecp_world *w, int body, int kind, int friction, 
     CHECK(ecp_body_add_shape(w, body, &s, x, q, &m, NULL) == ECP_OK);
 }
 
-/* The residual and the Newton step have different rho, on which no solution depends. So that one is the
-   derivative of the other, both take that of the step here, or of the residual. */
-static void equations_one_rho(ecp_i_island *s, int of_the_step)
+static void equations_residual(ecp_i_island *s, const ecp_real *z, ecp_real relax, ecp_real *F)
 {
-    int i;
-    for (i = 0; i < s->pair_count; i++) {
-        ecp_i_pair *c = s->pairs[i];
-        if (of_the_step) c->rho = ecp_i_step_rho(c);
-        ecp_i_set3(c->rho, 0, 0, c->weight);
-        CHECK(c->rho > 0 && !(ecp_i_step_rho(c) < c->rho));
-    }
+    ecp_real largest;
+    ecp_i_island_residual(s, z, relax, F, &largest);
 }
 
 static void equations_build(equations_scene *k, ecp_real h)
@@ -232,7 +225,6 @@ static void equations_build(equations_scene *k, ecp_real h)
     k->dz = vectors[2];
     CHECK(!k->arena.overflow && at <= EQUATIONS_MAX);
     ecp_i_island_units(&k->s);
-    equations_one_rho(&k->s, 1);
     ecp_i_island_carve(&k->s);
     CHECK(!k->arena.overflow);
 }
@@ -268,12 +260,13 @@ static int equations_multipliers(int count, const ecp_real *f, ecp_real L, int a
     return 1;
 }
 
-/* and the argument of the projection, which belongs to the rows of friction */
-static void equations_evaluate(ecp_i_pair *c, const ecp_real *y, ecp_real h)
+/* what the friction rows project, at y */
+static ecp_i_projection equations_project(ecp_i_pair *c, const ecp_real *y, ecp_real h)
 {
-    ecp_real rows[3] = {0, 0, 0};
+    ecp_i_projection q;
     ecp_i_pair_evaluate(c, y, h);
-    ecp_i_add_friction_rows(c, c->rho, 1, 1, rows);
+    ecp_i_cone_project(c, ecp_i_rho(c), &q);
+    return q;
 }
 
 /* p_n and friction in the wanted branch, given everything else */
@@ -282,6 +275,7 @@ static int equations_impulses(ecp_i_pair *c, ecp_real *y, ecp_real h, equations_
     ecp_real *p = y + ecp_i_at_p(c);
     double reach = equations_reach(), gap = (double)c->d / ((double)h * (double)c->V), size, radius;
     double aim[3], sum = 0;
+    ecp_i_projection q;
     int i;
     p[0] = ECP_R(mode == EQUATIONS_OPEN ? equations_between(-1.5, -reach - 0.05)
                                         : equations_between(0.5, 1.5));
@@ -289,7 +283,7 @@ static int equations_impulses(ecp_i_pair *c, ecp_real *y, ecp_real h, equations_
     if (fabs(gap) > 20 || sqrt((double)p[0] * (double)p[0] + gap * gap) < reach) return 0;
     if (c->nf == 0) return 1;
     for (i = 0; i < c->nf; i++) p[1 + i] = 0;
-    equations_evaluate(c, y, h); /* now z = -rho w */
+    q = equations_project(c, y, h); /* z = -rho w */
     radius = mode == EQUATIONS_OPEN ? 1 : (double)c->mu * (double)p[0];
     size = mode == EQUATIONS_SLIP ? radius + equations_between(reach + 0.05, 2)
                                   : radius - reach - equations_between(0, 0.2);
@@ -300,8 +294,8 @@ static int equations_impulses(ecp_i_pair *c, ecp_real *y, ecp_real h, equations_
         sum += aim[i] * aim[i];
     }
     for (i = 0; i < c->nf; i++) {
-        double z = size * aim[i] / sqrt(sum) - (double)c->z[i];
-        p[1 + i] = (ecp_real)(z / (1 - (double)(c->rho * c->relax)));
+        double z = size * aim[i] / sqrt(sum) - (double)q.z[i];
+        p[1 + i] = (ecp_real)(z / (1 - (double)(q.rho * c->relax)));
     }
     return 1;
 }
@@ -344,7 +338,7 @@ static int equations_sample(equations_scene *k, int all_active, int mode, ecp_re
     for (i = 0; i < k->s.unknowns; i++)
         k->z[i] = i < 6 * k->s.body_count ? ECP_R(0.5 * test_random()) : 0;
     for (i = 0; i < k->s.pair_count; i++) k->members[i]->relax = relax;
-    ecp_i_island_residual(&k->s, k->z, relax, k->F);
+    equations_residual(&k->s, k->z, relax, k->F);
     for (i = 0; i < k->s.pair_count; i++) {
         ecp_i_pair *c = k->members[i];
         for (attempt = 0;; attempt++) {
@@ -355,7 +349,7 @@ static int equations_sample(equations_scene *k, int all_active, int mode, ecp_re
             }
         }
     }
-    ecp_i_island_residual(&k->s, k->z, relax, k->F);
+    equations_residual(&k->s, k->z, relax, k->F);
     return 1;
 }
 
@@ -378,7 +372,7 @@ static double equations_differences(equations_scene *k, ecp_real relax)
             k->z[j] = keep + ECP_R(s * equations_d());
             /* the step that was taken, rounded */
             step = ((double)k->z[j] - (double)keep) / s;
-            ecp_i_island_residual(&k->s, k->z, relax, F);
+            equations_residual(&k->s, k->z, relax, F);
             for (i = 0; i < n; i++) {
                 double slope = (s < 0 ? -1 : 1) / (60 * step) * (double)F[i];
                 k->J[n * i + j] += weight[abs(s) - 1] * slope;
@@ -387,7 +381,7 @@ static double equations_differences(equations_scene *k, ecp_real relax)
         }
         k->z[j] = keep;
     }
-    ecp_i_island_residual(&k->s, k->z, relax, k->F);
+    equations_residual(&k->s, k->z, relax, k->F);
     for (i = 0; i < n; i++) {
         double largest = 0, apart = 0;
         for (j = 0; j < n; j++) {
@@ -645,8 +639,8 @@ static void equations_test_islands(void)
     }
 }
 
-/* rho of a Newton step: the load, but no more than that of the residual and no less than its 2^-10; of a
-   relaxed problem that of the residual */
+/* rho of the friction rows: the load, but no more than that of the error and no less than its 2^-10; in a
+   relaxed problem that of the error */
 static void equations_test_rho(void)
 {
     static const double load[4] = {2, 0.1, 1e-4, 0},
@@ -658,9 +652,9 @@ static void equations_test_rho(void)
     for (k = 0; k < 4; k++) {
         ecp_i_set3(0, -ECP_R(load[k]), 0, c.weight);
         c.relax = 0;
-        CHECK_NEAR(ecp_i_step_rho(&c), expected[k], test_by(1e-15, 1e-7) * expected[k]);
+        CHECK_NEAR(ecp_i_rho(&c), expected[k], test_by(1e-15, 1e-7) * expected[k]);
         c.relax = ECP_R(1e-3);
-        CHECK_NEAR(ecp_i_step_rho(&c), 0.5, 0);
+        CHECK_NEAR(ecp_i_rho(&c), 0.5, 0);
     }
 }
 

@@ -8254,14 +8254,35 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
     return 0;
 }
 
+/* how far apart the primitives of a patch are, at its last evaluation */
+static ecp_real ecp_i_pair_separation(ecp_i_pair *c)
+{
+    ecp_i_posed A, B;
+    ecp_real unit[3], at[3];
+    ECPSIM_MEMCPY(A.Q, c->Qa, sizeof A.Q);
+    ECPSIM_MEMCPY(B.Q, c->Qb, sizeof B.Q);
+    ecp_i_pose_turned(c, 0, 1, &A);
+    ecp_i_pose_turned(c, 1, 1, &B);
+    if (ecp_i_on_plane(c)) return ecp_i_plane_gap(&A, &B, 0, unit, at);
+    ecp_i_copy3(c->n, unit);
+    ecp_i_normalise(unit);
+    return ecp_i_separation(&A, &B, unit);
+}
+
+/* is friction within its cone, to the tolerance? */
+static int ecp_i_sticks(const ecp_i_pair *c, ecp_real tolerance)
+{
+    ecp_i_projection q;
+    ecp_i_cone_project(c, c->rho, &q);
+    return !(q.z_norm - q.radius > 10 * tolerance);
+}
+
 /* the contact record of a patch at its last evaluation, and its separation; the memory is zero before */
 static void ecp_i_record(ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp_options *o)
 {
     const ecp_i_body *body = c->ma->body;
     ecp_contact *k = &c->record->contact;
-    ecp_i_projection q;
-    ecp_i_posed A, B;
-    ecp_real unit[3], centre[3], at[3];
+    ecp_real centre[3];
     int i;
     c->record->centred = o->rule == ECP_CENTRED;
     k->shape_a = c->shape_a;
@@ -8275,17 +8296,7 @@ static void ecp_i_record(ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp
     ecp_i_axpy(k->point_a, c->d, c->n, k->point_b);
     ecp_i_copy3(c->N, k->normal);
     k->gap = c->d;
-    ECPSIM_MEMCPY(A.Q, c->Qa, sizeof A.Q);
-    ECPSIM_MEMCPY(B.Q, c->Qb, sizeof B.Q);
-    ecp_i_pose_turned(c, 0, 1, &A);
-    ecp_i_pose_turned(c, 1, 1, &B);
-    if (ecp_i_on_plane(c)) {
-        k->separation = ecp_i_plane_gap(&A, &B, 0, unit, at);
-    } else {
-        ecp_i_copy3(c->n, unit);
-        ecp_i_normalise(unit);
-        k->separation = ecp_i_separation(&A, &B, unit);
-    }
+    k->separation = ecp_i_pair_separation(c);
     k->mu = c->mu;
     k->e_t = c->e[0];
     k->e_o = c->e[1];
@@ -8304,8 +8315,7 @@ static void ecp_i_record(ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp
     k->p_t = c->e[0] * c->P * c->p[1];
     k->p_o = c->e[1] * c->P * c->p[2];
     k->p_r = ecp_i_torsion(c);
-    ecp_i_cone_project(c, c->rho, &q);
-    if (!(q.z_norm - q.radius > 10 * o->tolerance)) {
+    if (ecp_i_sticks(c, o->tolerance)) {
         k->mode = ECP_STICK;
         return;
     }

@@ -107,17 +107,17 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 45,848.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 45,728.
 
-       ECPSIM_NO_PAIRS     12,688  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     12,616  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   3,368  contacts are smooth, whatever the materials say
-       ECPSIM_NO_SLEEP      1,264  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   1,112  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     5,500  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
+       ECPSIM_NO_FRICTION   3,376  contacts are smooth, whatever the materials say
+       ECPSIM_NO_SLEEP      1,204  options.sleep = 1 is ECP_BAD_OPTION
+       ECPSIM_NO_CENTRING   1,064  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS     5,412  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
                                    nothing is said). Options that ask for others are ECP_BAD_OPTION.
-                                   1,952 if it is ECP_FALLBACK_GEOMETRIC; without
-                                   ECP_FALLBACK_SUBSTEPS 840 and the work memory for a second state
+                                   1,836 if it is ECP_FALLBACK_GEOMETRIC; without
+                                   ECP_FALLBACK_SUBSTEPS 784 and the work memory for a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
@@ -765,7 +765,7 @@ typedef struct ecp_report {
     int substeps;         /* shorter steps that it took; 1 but for ECP_FALLBACK_SUBSTEPS */
     int body, shape_a, shape_b; /* if status is not ECP_OK: where, or -1 */
     ecp_real value, limit;     /* if status is not ECP_OK: the value met and the one it must meet */
-    ecp_real merit;            /* |F|^2 / 2 of the scaled residual, summed over the islands */
+    ecp_real merit;            /* |F|^2 / 2 as Newton weighs it, summed over the islands */
     ecp_real natural_residual; /* max |F_i|, rounding floors included */
     ecp_real worst_gap;        /* the least separation of a patch, m; below zero: penetration */
     ecp_real worst_cone;   /* max of |y| - mu p_n over the patches, N s; y as in docs/model.md */
@@ -5784,7 +5784,8 @@ static ecp_real ecp_i_content(ecp_real tolerance)
 #define ECP_I_LONGEST_STRIDE ECP_R(0.1)
 #define ECP_I_STRIDE_MERIT ECP_R(1e-4)
 
-/* a search in progress: the last merits; what the last residual was above its rounding floor; the compliance; the length of the last stride, and what it was to mend */
+/* a search in progress: the last merits; what the last residual was above its rounding floor; the
+   compliance; the length of the last stride, and what it was to mend */
 typedef struct ecp_i_search {
     ecp_real merits[ECP_I_MEMORY], slack, merit, error, fine, compliance, stride, miss;
 } ecp_i_search;

@@ -37,7 +37,7 @@ static void check_fallback(dumped *step, int fallback)
 }
 
 /* Newton finds from slipping to sticking under a load of 5e-4 of the momenta in play: rho of its steps is
-   that load (ecp_i_step_rho); with that of the residual it would not */
+   that load (ecp_i_rho); with that of the residual it would not */
 static void test_fallbacks_sticking(void)
 {
     ecp_world *w = NULL;

@@ -79,8 +79,10 @@ static void test_truth_1_short(void)
     double h = 1e-4;
     test_set_velocity(world, table, 4, 3, 0, 0, 0, 0);
     for (k = 1; k <= 5000; k++) test_advance(world, h, NULL);
-    CHECK_NEAR(test_get(world, table).v[0], 4 * (1 - 0.12 * truth_g * 0.5 / 5), test_by(1e-10, 1e-4));
-    CHECK_NEAR(test_get(world, table).v[1], 3 * (1 - 0.12 * truth_g * 0.5 / 5), test_by(1e-10, 1e-4));
+    CHECK_NEAR(test_get(world, table).v[0], 4 * (1 - 0.12 * truth_g * 0.5 / 5),
+               test_by(1e-10, 1e-4));
+    CHECK_NEAR(test_get(world, table).v[1], 3 * (1 - 0.12 * truth_g * 0.5 / 5),
+               test_by(1e-10, 1e-4));
     free(world);
 }
 

@@ -764,8 +764,8 @@ typedef struct ecp_report {
     int fallbacks;        /* ECP_FALLBACK_... that were used, or-ed */
     int substeps;         /* shorter steps that it took; 1 but for ECP_FALLBACK_SUBSTEPS */
     int body, shape_a, shape_b; /* if status is not ECP_OK: where, or -1 */
-    ecp_real value, limit;     /* if status is not ECP_OK: the value met and the one it must meet */
-    ecp_real merit;            /* |F|^2 / 2 as Newton weighs it, summed over the islands */
+    ecp_real value, limit; /* if status is not ECP_OK: the value met and the one it must meet */
+    ecp_real merit; /* |F|^2 / 2, friction rows weighed by their load, summed over the islands */
     ecp_real natural_residual; /* max |F_i|, rounding floors included */
     ecp_real worst_gap;        /* the least separation of a patch, m; below zero: penetration */
     ecp_real worst_cone;   /* max of |y| - mu p_n over the patches, N s; y as in docs/model.md */
@@ -4142,7 +4142,7 @@ static void ecp_i_multiplier_rows(int count, const ecp_real *l, const ecp_real *
     }
 }
 
-/* what rho of the friction rows is at least, in units of that in which their error is measured */
+/* rho of the friction rows at least, relative to the rho with which their error is measured */
 #define ECP_I_LEAST_RHO ECP_R(0.0009765625)
 
 /* rho of the friction rows of F. No solution of the true problem depends on rho, but Newton takes a contact
@@ -4268,7 +4268,7 @@ static int ecp_i_pair_column(const ecp_i_pair *c, const ecp_i_change *t, ecp_rea
    of the radius by p_n */
 typedef struct ecp_i_slopes {
     ecp_real p, d, rest, outer, radius;
-    ecp_i_projection of;
+    ecp_i_projection cone;
 } ecp_i_slopes;
 
 static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_real kink, ecp_i_slopes *s)
@@ -4282,10 +4282,10 @@ static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_real kink, ec
     }
     s->rest = 0;
     if (ecp_i_nf(c) == 0) return;
-    ecp_i_cone_project(c, ecp_i_rho(c), &s->of);
-    s->rest = ecp_i_taken_away(&s->of);
+    ecp_i_cone_project(c, ecp_i_rho(c), &s->cone);
+    s->rest = ecp_i_taken_away(&s->cone);
     if (!(s->rest > 0)) return;
-    apart = s->of.z_norm - s->of.radius;
+    apart = s->cone.z_norm - s->cone.radius;
     q = ecp_i_smooth_abs(apart, tau2);
     size = ecp_i_smooth_abs(p, tau2);
     s->outer = (1 + apart / q) / 2;
@@ -4298,7 +4298,7 @@ static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_real kink, ec
 static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i_change *t,
                                   const ecp_real dw[3], ecp_real *column)
 {
-    const ecp_i_projection *q = &s->of;
+    const ecp_i_projection *q = &s->cone;
     ecp_real along = 0, shrink = 1 - s->rest, grows;
     int k, ld = c->columns;
     for (k = 0; k < ecp_i_nf(c); k++) {
@@ -5469,7 +5469,8 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real re
         const ecp_i_pair *c = s->pairs[i];
         const ecp_real *row = F + c->at;
         ecp_i_projection q;
-        ecp_real jitter = ecp_i_moves_a(c) ? c->ma->jitter : ECP_R(0), geometry, friction[3];
+        ecp_real jitter = ecp_i_moves_a(c) ? c->ma->jitter : ECP_R(0);
+        ecp_real geometry, friction[3], size;
         int normal = ecp_i_on_plane(c) ? 3 : 4, gap = ecp_i_at_p(c);
         if (ecp_i_moves_b(c)) jitter = ecp_i_max(jitter, c->mb->jitter);
         geometry = jitter * s->h / c->L;
@@ -5482,10 +5483,9 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real re
         if (ecp_i_nf(c) == 0) continue;
         ecp_i_cone_project(c, c->rho, &q);
         ecp_i_friction_rows(c, &q, friction);
-        r = ecp_i_nf(c);
-        ecp_i_worst(largest, ecp_i_largest(r, friction));
-        ecp_i_worst(&worst,
-                    ecp_i_largest(r, friction) - (1 - ecp_i_taken_away(&q)) * jitter / c->V);
+        size = ecp_i_largest(ecp_i_nf(c), friction);
+        ecp_i_worst(largest, size);
+        ecp_i_worst(&worst, size - (1 - ecp_i_taken_away(&q)) * jitter / c->V);
     }
     for (i = 0; i < ecp_i_body_count(s); i++) {
         const ecp_i_motion *m = ecp_i_mover(s, i);

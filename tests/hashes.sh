@@ -46,6 +46,7 @@ run() {
     real=$1 name=$2
     shift 2
     timeout 600 "$@" </dev/null >"$out/text" 2>&1 || echo "exit status $?: $name"
+    sed -n "s/^stack: bytes=/stack in $real, $name: bytes=/p" "$out/text"
     note "$real" "$name" <"$out/text"
 }
 

@@ -378,10 +378,10 @@ static void elimination_reorder(const elimination_island *e, int back, ecp_real 
     }
 }
 
-/* the step at e->z for the right-hand side e->F */
 /* down to which difference constraints are told apart, see ecp_i_problem.step */
 static ecp_real elimination_fine = 1;
 
+/* the step at e->z for the right-hand side e->F */
 static void elimination_step(elimination_island *e)
 {
     ecp_i_release(&e->arena, e->mark, e->bytes);
@@ -971,11 +971,11 @@ static void elimination_cells_point(elimination_island *e, const elimination_fac
     equations_residual(&e->s, e->z, 0, e->F);
     for (i = 0; i < e->pair_count; i++) {
         const ecp_i_pair *c = e->pairs + i;
+        int loose = !(e->z[c->at + ecp_i_at_p(c)] > 0) && !(c->d > 0);
         double edge;
         ecp_i_projection q;
         ecp_i_cone_project(c, ecp_i_rho(c), &q);
         edge = fabs((double)q.z_norm - (double)q.radius);
-        int loose = !(e->z[c->at + ecp_i_at_p(c)] > 0) && !(c->d > 0);
         elimination_kinks += loose || (c->nf > 0 && edge < 0.05);
     }
 }

@@ -225,6 +225,10 @@ static void equations_build(equations_scene *k, ecp_real h)
     k->dz = vectors[2];
     CHECK(!k->arena.overflow && at <= EQUATIONS_MAX);
     ecp_i_island_units(&k->s);
+    /* of the load, which rho goes by: from half of what rho is without a load down to its floor */
+    for (i = 0; i < k->s.pair_count; i++) {
+        ecp_i_set3(0, 0, k->pairs[i].rho * ECP_R(pow(0.25, i) / 2), k->pairs[i].weight);
+    }
     ecp_i_island_carve(&k->s);
     CHECK(!k->arena.overflow);
 }
@@ -658,13 +662,62 @@ static void equations_test_rho(void)
     }
 }
 
+/* whether friction holds says the rho that does not depend on the load: a slip of 2 at an impulse of 1, without
+   load, is one */
+static void equations_test_sticks(void)
+{
+    ecp_i_pair c;
+    memset(&c, 0, sizeof c);
+    c.nf = 2;
+    c.rho = c.mu = c.p[0] = 1;
+    ecp_i_set3(2, 0, 0, c.slip);
+    CHECK(!ecp_i_sticks(&c, ECP_R(1e-3)));
+    ecp_i_set3(ECP_R(0.5), 0, 0, c.slip);
+    CHECK(ecp_i_sticks(&c, ECP_R(1e-3)));
+}
+
+/* So is the error measured: without a load, and without friction's impulse, a contact that slips within the
+   cone is off by rho times its slip, and that is what the residual says where no other row is larger. */
+static void equations_test_measured(void)
+{
+    int kind, found = 0;
+    for (kind = 0; kind < 24; kind++) {
+        equations_scene k;
+        ecp_i_pair *c = k.pairs;
+        ecp_real largest, error;
+        double others = 0, slip = 0;
+        int i;
+        equations_one_pair(&k, kind % 8, ECP_DYNAMIC, -1, ECP_STATIC, 2, 0);
+        c->mu = 1000;
+        c->rho = 30; /* so that the row is a large one */
+        ecp_i_set3(0, 0, 0, c->weight);
+        CHECK(equations_sample(&k, 1, EQUATIONS_STICK, 0));
+        for (i = 0; i < 2; i++) k.z[c->at + ecp_i_at_p(c) + 1 + i] = 0;
+        error = ecp_i_island_residual(&k.s, k.z, 0, k.F, &largest);
+        for (i = 0; i < k.s.unknowns; i++) {
+            int friction = i - c->at - ecp_i_at_p(c) - 1;
+            if (friction < 0 || friction >= 2) others = fmax(others, fabs((double)k.F[i]));
+        }
+        for (i = 0; i < 2; i++) slip = fmax(slip, fabs((double)(c->rho * c->slip[i])));
+        CHECK_NEAR(largest, fmax(others, slip), test_by(1e-13, 1e-5) * fmax(others, slip));
+        if (slip > others) {
+            CHECK_NEAR(error, slip, test_by(1e-9, 1e-3) * slip);
+            found++;
+        }
+        equations_free(&k);
+    }
+    CHECK(found >= 3);
+}
+
 static void test_equations(void)
 {
     equations_test_rho();
+    equations_test_sticks();
     test_seed = 34;
     equations_test_planes();
     equations_test_pairs();
     equations_test_islands();
+    equations_test_measured();
     /* nearly no random point is singular in double; in float one in ten is too nearly so */
     CHECK(equations_singular < test_by(0.02, 0.25) * equations_steps);
 }

@@ -4109,16 +4109,6 @@ static ecp_real ecp_i_torsion(const ecp_i_pair *c)
     return ecp_i_nf(c) == 3 ? c->e[2] * c->P * c->p[3] : ECP_R(0);
 }
 
-/* takes the patch's wrench, `sign` on this body, off its momentum balance */
-static void ecp_i_wrench(const ecp_i_pair *c, ecp_i_motion *m, const ecp_real r[3], ecp_real sign)
-{
-    ecp_real moment[3];
-    ecp_i_scale(ecp_i_torsion(c), c->N, moment);
-    ecp_i_add_cross(r, c->force, moment);
-    ecp_i_axpy(m->residual, -sign, c->force, m->residual);
-    ecp_i_axpy(m->residual + 3, -sign, moment, m->residual + 3);
-}
-
 /* the size of the patch's impulse, whatever cancels in it */
 static ecp_real ecp_i_impulse_size(const ecp_i_pair *c)
 {
@@ -4126,6 +4116,18 @@ static ecp_real ecp_i_impulse_size(const ecp_i_pair *c)
     int k;
     for (k = 1; k <= ecp_i_nf(c); k++) size += ecp_i_abs(c->e[k - 1] * c->P * c->p[k]);
     return size;
+}
+
+/* takes the patch's wrench, `sign` on this body, off its momentum balance, and counts it in the floors */
+static void ecp_i_wrench(const ecp_i_pair *c, ecp_i_motion *m, const ecp_real r[3], ecp_real sign)
+{
+    ecp_real moment[3], size = ecp_i_impulse_size(c);
+    ecp_i_scale(ecp_i_torsion(c), c->N, moment);
+    ecp_i_add_cross(r, c->force, moment);
+    ecp_i_axpy(m->residual, -sign, c->force, m->residual);
+    ecp_i_axpy(m->residual + 3, -sign, moment, m->residual + 3);
+    m->floor[0] += size;
+    m->floor[1] += size * ecp_i_norm(r);
 }
 
 /* rows of multipliers l of inequalities f, unit times which is the slack; most of them are off */
@@ -5424,15 +5426,22 @@ static ecp_real ecp_i_largest(int n, const ecp_real *F)
     return worst;
 }
 
+/* The largest |F_i|, in the units in which it is to be small, which need not be those of F; the same above
+   the rounding floors, which is what a solution is judged by; and balances of momentum alone above what
+   adding up their impulses rounds, which Newton can not better. */
+typedef struct ecp_i_size {
+    ecp_real largest, error, rest;
+} ecp_i_size;
+
 /* F at z = (six scaled velocity changes a body, then the patches), and how large it is (ecp_i_problem);
    friction is measured with a rho that does not depend on the load. */
-static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax, ecp_real *F,
-                                      ecp_real *largest)
+static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax, ecp_real *F,
+                                  ecp_i_size *total)
 {
     ecp_i_island *s = (ecp_i_island *)self;
-    ecp_real worst = 0, dv[6];
+    ecp_real dv[6];
     int i, k, r;
-    *largest = 0;
+    total->largest = total->error = 0;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
         ecp_i_scale(m->speed, z + 6 * i, dv);
@@ -5448,22 +5457,12 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real re
     }
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
-        ecp_real size;
         c->relax = relax;
         ecp_i_pair_evaluate(c, z + c->at, s->h);
         ecp_i_pair_residual(c, z + c->at, s->h, F + c->at);
         ecp_i_pair_noise(c, s->h, 0);
-        size = ecp_i_impulse_size(c);
-        if (ecp_i_moves_a(c)) {
-            ecp_i_wrench(c, c->ma, c->ra, 1);
-            c->ma->floor[0] += size;
-            c->ma->floor[1] += size * ecp_i_norm(c->ra);
-        }
-        if (ecp_i_moves_b(c)) {
-            ecp_i_wrench(c, c->mb, c->rb, -1);
-            c->mb->floor[0] += size;
-            c->mb->floor[1] += size * ecp_i_norm(c->rb);
-        }
+        if (ecp_i_moves_a(c)) ecp_i_wrench(c, c->ma, c->ra, 1);
+        if (ecp_i_moves_b(c)) ecp_i_wrench(c, c->mb, c->rb, -1);
     }
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs[i];
@@ -5474,33 +5473,32 @@ static ecp_real ecp_i_island_residual(void *self, const ecp_real *z, ecp_real re
         int normal = ecp_i_on_plane(c) ? 3 : 4, gap = ecp_i_at_p(c);
         if (ecp_i_moves_b(c)) jitter = ecp_i_max(jitter, c->mb->jitter);
         geometry = jitter * s->h / c->L;
-        for (r = 0; r < normal; r++) {
-            ecp_i_worst(&worst, ecp_i_abs(row[r]) - geometry - c->n_noise);
-        }
-        for (; r < gap; r++) ecp_i_worst(&worst, ecp_i_abs(row[r]) - geometry);
-        ecp_i_worst(&worst, c->gap_weight * (ecp_i_abs(row[r++]) - c->d_noise / (s->h * c->V)));
-        ecp_i_worst(largest, ecp_i_largest(r, row));
+        ecp_i_worst(&total->error, ecp_i_largest(normal, row) - geometry - c->n_noise);
+        ecp_i_worst(&total->error, ecp_i_largest(gap - normal, row + normal) - geometry);
+        ecp_i_worst(&total->error,
+                    c->gap_weight * (ecp_i_abs(row[gap]) - c->d_noise / (s->h * c->V)));
+        ecp_i_worst(&total->largest, ecp_i_largest(gap + 1, row));
         if (ecp_i_nf(c) == 0) continue;
         ecp_i_cone_project(c, c->rho, &q);
         ecp_i_friction_rows(c, &q, friction);
         size = ecp_i_largest(ecp_i_nf(c), friction);
-        ecp_i_worst(largest, size);
-        ecp_i_worst(&worst, size - (1 - ecp_i_taken_away(&q)) * jitter / c->V);
+        ecp_i_worst(&total->largest, size);
+        ecp_i_worst(&total->error, size - (1 - ecp_i_taken_away(&q)) * jitter / c->V);
     }
+    total->rest = total->largest;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         const ecp_i_motion *m = ecp_i_mover(s, i);
         ecp_real unit = m->mass * m->speed, noise = m->noise / m->speed;
         for (k = 0; k < 2; k++) {
             ecp_real scale = k ? unit * m->length : unit, *row = F + 6 * i + 3 * k;
-            ecp_real floor = 16 * ECP_I_EPSILON * m->floor[k] / scale;
-            for (r = 0; r < 3; r++) {
-                row[r] = m->residual[3 * k + r] / scale;
-                ecp_i_worst(largest, ecp_i_abs(row[r]));
-                ecp_i_worst(&worst, ecp_i_abs(row[r]) - floor - noise);
-            }
+            ecp_real floor = 16 * ECP_I_EPSILON * m->floor[k] / scale, size;
+            for (r = 0; r < 3; r++) row[r] = m->residual[3 * k + r] / scale;
+            size = ecp_i_largest(3, row);
+            ecp_i_worst(&total->largest, size);
+            ecp_i_worst(&total->rest, size - floor / 8);
+            ecp_i_worst(&total->error, size - floor - noise);
         }
     }
-    return worst;
 }
 
 /* the Newton block of a patch with this many unknowns */
@@ -5679,10 +5677,8 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
 typedef struct ecp_i_problem {
     void *self;
     int n;
-    /* F[n] at z, of the problem relaxed by so much (0: not at all); *largest: the largest |F_i|, in the
-       units in which it is to be small, which need not be those of F; returns it above its rounding floor */
-    ecp_real (*residual)(void *self, const ecp_real *z, ecp_real relax, ecp_real *F,
-                         ecp_real *largest);
+    /* F[n] at z, of the problem relaxed by so much (0: not at all), and its size */
+    void (*residual)(void *self, const ecp_real *z, ecp_real relax, ecp_real *F, ecp_i_size *size);
     /* the Newton step at the z of the last residual; 0: none. fine: 1, or the relative difference
        down to which equations are to be told apart. compliance: damps it, 0: not at all */
     int (*step)(void *self, const ecp_real *z, const ecp_real *F, ecp_real fine,
@@ -5699,7 +5695,7 @@ typedef struct ecp_i_problem {
 } ecp_i_problem;
 
 typedef struct ecp_i_effort {
-    ecp_real largest; /* of the last residual */
+    ecp_i_size size; /* of the last residual */
     int iterations, evaluations, fallbacks;
     int most; /* iterations that may be made; -1: more were wanted */
 } ecp_i_effort;
@@ -5708,7 +5704,7 @@ typedef struct ecp_i_effort {
 static ecp_i_effort ecp_i_effort_after(const ecp_options *o, int iterations)
 {
     ecp_i_effort effort;
-    effort.largest = 0;
+    effort.size.largest = 0;
     effort.iterations = effort.evaluations = effort.fallbacks = 0;
     effort.most = 0x7fffffff;
     if (o->max_total_iterations > 0) {
@@ -5784,10 +5780,10 @@ static ecp_real ecp_i_content(ecp_real tolerance)
 #define ECP_I_LONGEST_STRIDE ECP_R(0.1)
 #define ECP_I_STRIDE_MERIT ECP_R(1e-4)
 
-/* a search in progress: the last merits; what the last residual was above its rounding floor; the
-   compliance; the length of the last stride, and what it was to mend */
+/* a search in progress: the last merits; the compliance; the length of the last stride, and what it was
+   to mend */
 typedef struct ecp_i_search {
-    ecp_real merits[ECP_I_MEMORY], slack, merit, error, fine, compliance, stride, miss;
+    ecp_real merits[ECP_I_MEMORY], slack, merit, fine, compliance, stride, miss;
 } ecp_i_search;
 
 /* the residual at z + t dz, which p->trial becomes */
@@ -5796,7 +5792,7 @@ static void ecp_i_try(const ecp_i_problem *p, const ecp_real *z, ecp_real t, ecp
 {
     int i;
     for (i = 0; i < p->n; i++) p->trial[i] = z[i] + t * p->dz[i];
-    s->error = p->residual(p->self, p->trial, relax, p->F, &effort->largest);
+    p->residual(p->self, p->trial, relax, p->F, &effort->size);
     s->merit = ecp_i_merit(p->n, p->F);
     effort->evaluations++;
 }
@@ -5805,7 +5801,7 @@ static void ecp_i_try(const ecp_i_problem *p, const ecp_real *z, ecp_real t, ecp
 static ecp_real ecp_i_line_search(const ecp_i_problem *p, const ecp_real *z, ecp_real tolerance,
                                   ecp_real relax, ecp_i_search *s, ecp_i_effort *effort)
 {
-    ecp_real best = s->slack, t = 1, above = s->error;
+    ecp_real best = s->slack, t = 1, above = effort->size.error;
     ecp_real shortest =
         s->compliance < ECP_I_MOST_COMPLIANCE ? ECP_I_SHORT_STEP : ECP_I_SHORTEST_STEP;
     int i;
@@ -5813,7 +5809,7 @@ static ecp_real ecp_i_line_search(const ecp_i_problem *p, const ecp_real *z, ecp
     s->slack /= 4;
     for (; t >= shortest; t /= 2) {
         ecp_i_try(p, z, t, relax, s, effort);
-        if (s->error <= tolerance) return t;
+        if (effort->size.error <= tolerance) return t;
         if (above <= tolerance) return 0;
         if (s->merit <= (1 - ECP_R(2e-4) * t) * best) return t;
     }
@@ -5852,11 +5848,11 @@ static void ecp_i_take_stride(const ecp_i_problem *p, const ecp_real *z, ecp_rea
     ECPSIM_MEMCPY(p->drift, p->dz, (size_t)p->n * sizeof(ecp_real));
 }
 
-/* are all rows at rounding, so that another iteration would only stir it? */
-static int ecp_i_at_rounding(ecp_real largest, ecp_real error, ecp_real tolerance)
+/* are all rows at rounding, so that another iteration would only stir it? Momentum may be off by what its
+   sum rounds, which in a tall stack is more than there is to be gained. */
+static int ecp_i_at_rounding(const ecp_i_size *size, ecp_real tolerance)
 {
-    if (largest <= ecp_i_aim(tolerance)) return 1;
-    return error <= ecp_i_aim(tolerance) && largest <= ecp_i_content(tolerance) / 8;
+    return size->error <= ecp_i_aim(tolerance) && size->rest <= ecp_i_content(tolerance) / 8;
 }
 
 /* Newton from z, with a line search on |F|^2 / 2. A step of which the line search takes next to nothing
@@ -5868,12 +5864,13 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
                         ecp_real relax, ecp_real *z, ecp_i_effort *effort)
 {
     ecp_i_search s;
+    const ecp_i_size *now = &effort->size;
     ecp_real before, above, t;
     int k, most = limit;
-    s.error = p->residual(p->self, z, relax, p->F, &effort->largest);
+    p->residual(p->self, z, relax, p->F, &effort->size);
     effort->evaluations++;
-    if (ecp_i_at_rounding(effort->largest, s.error, tolerance)) return 1;
-    if (warm && s.error <= ecp_i_content(tolerance)) return 1;
+    if (ecp_i_at_rounding(now, tolerance)) return 1;
+    if (warm && now->error <= ecp_i_content(tolerance)) return 1;
     for (k = 0; k < ECP_I_MEMORY; k++) s.merits[k] = ecp_i_merit(p->n, p->F);
     s.slack = ECP_I_SLACK;
     s.fine = 1;
@@ -5883,47 +5880,47 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             effort->most = -1;
             break;
         }
-        if (!p->step(p->self, z, p->F, s.fine, s.compliance, p->dz)) return s.error <= tolerance;
+        if (!p->step(p->self, z, p->F, s.fine, s.compliance, p->dz)) return now->error <= tolerance;
         effort->iterations++;
-        before = effort->largest;
-        above = s.error;
+        before = now->largest;
+        above = now->error;
         t = ecp_i_line_search(p, z, tolerance, relax, &s, effort);
         if (!(t > 0)) {
             /* back to the last point; it may be one that will do */
-            s.error = p->residual(p->self, z, relax, p->F, &effort->largest);
+            p->residual(p->self, z, relax, p->F, &effort->size);
             if (above <= tolerance || s.compliance >= ECP_I_MOST_COMPLIANCE)
                 return above <= tolerance;
             most = ECP_I_DAMPED_LIMIT * limit;
             s.compliance = s.compliance > 0 ? 10 * s.compliance : ECP_I_FIRST_COMPLIANCE;
             continue;
         }
-        if (s.error > tolerance && s.compliance > 0 && 2 * s.error > above &&
+        if (now->error > tolerance && s.compliance > 0 && 2 * now->error > above &&
             above < ECP_I_STALLED) {
             ecp_i_take_stride(p, z, relax, &s, effort);
-            above = 2 * s.error;
-        } else if (s.error <= tolerance || 2 * s.error <= above) {
+            above = 2 * now->error;
+        } else if (now->error <= tolerance || 2 * now->error <= above) {
             /* with the residual, where whole steps are taken, so that they become Newton's again */
-            ecp_real rest = t < 1 || 4 * s.error > above ? ECP_R(0.25) : s.error / above;
+            ecp_real rest = t < 1 || 4 * now->error > above ? ECP_R(0.25) : now->error / above;
             s.compliance = s.compliance < ECP_I_NO_COMPLIANCE
                                ? ECP_R(0)
                                : s.compliance * ecp_i_max(rest, ECP_R(0.01));
-        } else if (s.error > 2 * above) {
+        } else if (now->error > 2 * above) {
             s.compliance *= 4;
         }
         ECPSIM_MEMCPY(z, p->trial, (size_t)p->n * sizeof(ecp_real));
-        if (ecp_i_at_rounding(effort->largest, s.error, tolerance)) return 1;
-        if (s.error <= tolerance && 2 * effort->largest > before &&
-            (s.error <= ecp_i_aim(tolerance) || 2 * s.error > above)) {
+        if (ecp_i_at_rounding(now, tolerance)) return 1;
+        if (now->error <= tolerance && 2 * now->largest > before &&
+            (now->error <= ecp_i_aim(tolerance) || 2 * now->error > above)) {
             return 1;
         }
         /* constraints are told apart no more finely than they hold yet: forces would fight over the
            difference */
-        if (2 * s.error > above) {
-            s.fine = ecp_i_max(ecp_i_min(s.fine / 10, 100 * s.error), s.error / 10);
+        if (2 * now->error > above) {
+            s.fine = ecp_i_max(ecp_i_min(s.fine / 10, 100 * now->error), now->error / 10);
         }
         s.merits[k % ECP_I_MEMORY] = s.merit;
     }
-    return s.error <= tolerance;
+    return now->error <= tolerance;
 }
 
 /* How the solution of the relaxed problem is followed: where relaxation begins; what divides it from one
@@ -6017,7 +6014,7 @@ static int ecp_i_attempt(const ecp_i_problem *p, int k, const ecp_options *o, ec
         p->start(p->self, k, z);
         if (ecp_i_continue_in_haste(p, o->tolerance, z, effort)) return 1;
         ECPSIM_MEMCPY(z, p->stalled, (size_t)p->n * sizeof(ecp_real));
-        p->residual(p->self, z, 0, p->F, &effort->largest);
+        p->residual(p->self, z, 0, p->F, &effort->size);
         effort->evaluations++;
     }
     if (!p->repair || !ecp_i_may(o, ECP_FALLBACK_GEOMETRIC)) return 0;
@@ -6092,8 +6089,8 @@ typedef struct ecp_i_mcp {
     ecp_real tau;
 } ecp_i_mcp;
 
-static ecp_real ecp_i_mcp_residual(void *self, const ecp_real *z, ecp_real tau, ecp_real *F,
-                                   ecp_real *largest)
+static void ecp_i_mcp_residual(void *self, const ecp_real *z, ecp_real tau, ecp_real *F,
+                               ecp_i_size *total)
 {
     ecp_i_mcp *s = (ecp_i_mcp *)self;
     ecp_real worst = 0, da, db;
@@ -6104,8 +6101,7 @@ static ecp_real ecp_i_mcp_residual(void *self, const ecp_real *z, ecp_real tau, 
         F[i] = i < n ? s->value[i] : ecp_i_fb(z[i], s->value[i], tau, &da, &db);
         ecp_i_worst(&worst, ecp_i_abs(F[i]));
     }
-    *largest = worst;
-    return worst;
+    total->largest = total->error = total->rest = worst;
 }
 
 /* rows da e_i + db grad F_i; the least step where they are dependent */
@@ -6220,7 +6216,8 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
         report->iterations = effort.iterations;
         report->evaluations = effort.evaluations;
         report->fallbacks = effort.fallbacks & ~ECP_FALLBACK_GEOMETRIC;
-        report->natural_residual = ecp_i_mcp_residual(&s, work, 0, p.F, &effort.largest);
+        ecp_i_mcp_residual(&s, work, 0, p.F, &effort.size);
+        report->natural_residual = effort.size.largest;
         report->merit = ecp_i_merit(size, p.F);
     }
     return solved ? ECP_OK : ECP_NOT_SOLVED;
@@ -8225,7 +8222,7 @@ static ecp_real ecp_i_centring_length(const ecp_i_island *s, const ecp_real *z, 
 static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_step *step,
                         ecp_real *z, ecp_real *best, ecp_i_effort *effort)
 {
-    ecp_real size, before = 0, t, most = ecp_i_max(step->o->tolerance, effort->largest);
+    ecp_real size, before = 0, t, most = ecp_i_max(step->o->tolerance, effort->size.largest);
     int round, i, k, idle = 0;
     for (round = 0; round < 20; round++) {
         ECPSIM_MEMCPY(best, z, (size_t)p->n * sizeof(ecp_real));
@@ -8243,13 +8240,14 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
         before = size;
         t = ecp_i_centring_length(s, z, p->dz);
         for (i = 0; i < p->n; i++) z[i] += t * p->dz[i];
-        if (ecp_i_newton(p, 0, step->o->tolerance, 10, 0, z, effort) && effort->largest <= most) {
+        if (ecp_i_newton(p, 0, step->o->tolerance, 10, 0, z, effort) &&
+            effort->size.largest <= most) {
             if (size <= ecp_i_sqrt(step->o->tolerance) / 10) return 1;
             if (!(t > 0)) return 0;
             continue;
         }
         ECPSIM_MEMCPY(z, best, (size_t)p->n * sizeof(ecp_real));
-        p->residual(s, z, 0, p->F, &effort->largest);
+        p->residual(s, z, 0, p->F, &effort->size);
         return 0;
     }
     return 0;
@@ -8364,7 +8362,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     ecp_i_island s;
     ecp_i_problem p;
     ecp_i_effort effort = ecp_i_effort_after(step->o, step->r->iterations);
-    ecp_real *vectors[ECP_I_VECTORS], *z, *best, error, merit;
+    ecp_real *vectors[ECP_I_VECTORS], *z, *best, merit;
     size_t mark = step->arena.used;
     int i, solved, centred = 1;
     s.centring = s.many = s.uncentred = s.in_vain = 0;
@@ -8409,7 +8407,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
         step->r->centred &= centred;
     }
     if (step->arena.overflow) return ecp_i_no_room(step, &s, label);
-    error = solved ? 0 : p.residual(&s, z, 0, p.F, &effort.largest);
+    if (!solved) p.residual(&s, z, 0, p.F, &effort.size);
     step->r->islands++;
     step->r->unknowns += s.unknowns;
     step->r->iterations += effort.iterations;
@@ -8420,15 +8418,15 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     }
     merit = ecp_i_merit(p.n, p.F);
     step->r->merit += merit;
-    ecp_i_worst(&step->r->natural_residual, effort.largest);
+    ecp_i_worst(&step->r->natural_residual, effort.size.largest);
     if (solved && !ecp_i_finite(merit)) {
         /* near overflow rounding floors let anything pass */
         solved = 0;
-        error = effort.largest;
+        effort.size.error = effort.size.largest;
     }
     if (!solved) {
         return ecp_i_fail(step->r, ECP_NOT_SOLVED, label, s.pairs[0]->shape_a, s.pairs[0]->shape_b,
-                          error, step->o->tolerance);
+                          effort.size.error, step->o->tolerance);
     }
     /* what was not written need not be cleared */
     if (effort.evaluations == 1 && step->arena.used == s.begin) {

@@ -172,8 +172,8 @@ static void equations_add_shape(ecp_world *w, int body, int kind, int friction, 
 
 static void equations_residual(ecp_i_island *s, const ecp_real *z, ecp_real relax, ecp_real *F)
 {
-    ecp_real largest;
-    ecp_i_island_residual(s, z, relax, F, &largest);
+    ecp_i_size size;
+    ecp_i_island_residual(s, z, relax, F, &size);
 }
 
 static void equations_build(equations_scene *k, ecp_real h)
@@ -684,7 +684,7 @@ static void equations_test_measured(void)
     for (kind = 0; kind < 24; kind++) {
         equations_scene k;
         ecp_i_pair *c = k.pairs;
-        ecp_real largest, error;
+        ecp_i_size size;
         double others = 0, slip = 0;
         int i;
         equations_one_pair(&k, kind % 8, ECP_DYNAMIC, -1, ECP_STATIC, 2, 0);
@@ -693,15 +693,15 @@ static void equations_test_measured(void)
         ecp_i_set3(0, 0, 0, c->weight);
         CHECK(equations_sample(&k, 1, EQUATIONS_STICK, 0));
         for (i = 0; i < 2; i++) k.z[c->at + ecp_i_at_p(c) + 1 + i] = 0;
-        error = ecp_i_island_residual(&k.s, k.z, 0, k.F, &largest);
+        ecp_i_island_residual(&k.s, k.z, 0, k.F, &size);
         for (i = 0; i < k.s.unknowns; i++) {
             int friction = i - c->at - ecp_i_at_p(c) - 1;
             if (friction < 0 || friction >= 2) others = fmax(others, fabs((double)k.F[i]));
         }
         for (i = 0; i < 2; i++) slip = fmax(slip, fabs((double)(c->rho * c->slip[i])));
-        CHECK_NEAR(largest, fmax(others, slip), test_by(1e-13, 1e-5) * fmax(others, slip));
+        CHECK_NEAR(size.largest, fmax(others, slip), test_by(1e-13, 1e-5) * fmax(others, slip));
         if (slip > others) {
-            CHECK_NEAR(error, slip, test_by(1e-9, 1e-3) * slip);
+            CHECK_NEAR(size.error, slip, test_by(1e-9, 1e-3) * slip);
             found++;
         }
         equations_free(&k);

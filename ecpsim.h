@@ -5185,8 +5185,8 @@ static void ecp_i_front_patch(const ecp_i_tree *t, ecp_i_front *f, const ecp_i_p
         int row = c->pivots + i;
         ecp_real size = ecp_i_row_size(ld - 1 - c->ny, A + ld * row + c->ny);
         ecp_real unit = c->row_tag[row] & ECP_I_GEOMETRY ? t->h * c->V / c->L : ECP_R(1);
-        if (size <= ECP_I_NO_CONSTRAINT * ecp_i_min(unit, 1)) size = 0;
         ecp_real *C = f->C + ldc * (constraints + i), *Bt = f->Bt + ldb * (forces + i);
+        if (size <= ECP_I_NO_CONSTRAINT * ecp_i_min(unit, 1)) size = 0;
         for (side = 0; side < ECP_I_MOVERS; side++) {
             for (j = 0; slot[side] >= 0 && j < 6; j++) {
                 if (size > 0) C[slot[side] + j] = A[ld * row + at[side] + j] / size;
@@ -6108,10 +6108,10 @@ static void ecp_i_mcp_residual(void *self, const ecp_real *z, ecp_real tau, ecp_
 static int ecp_i_mcp_step(void *self, const ecp_real *z, const ecp_real *F, ecp_real fine,
                           ecp_real compliance, ecp_real *dz)
 {
-    (void)fine;
     ecp_i_mcp *s = (ecp_i_mcp *)self;
     ecp_real da, db;
     int i, j, n = s->problem->n, size = n + s->problem->m;
+    (void)fine;
     s->problem->function(s->problem->user, z, s->value);
     s->problem->jacobian(s->problem->user, z, s->J);
     for (i = 0; i < size; i++) {

@@ -8824,6 +8824,21 @@ static const ecp_i_body *ecp_i_body_of(const ecp_world *w, int shape)
     return ecp_i_bodies(w) + ecp_i_parts(w)[shape].body;
 }
 
+/* the body by which a patch's lengths and speeds are measured: A's, or B's where A is driven */
+static const ecp_i_body *ecp_i_giving(const ecp_i_body *ba, const ecp_i_body *bb)
+{
+    return ba->kind == ECP_DYNAMIC ? ba : bb;
+}
+
+/* L of the patch's multipliers (ecp_i_island_units) */
+static ecp_real ecp_i_patch_length(const ecp_i_body *ba, const ecp_i_body *bb)
+{
+    if (ba->kind == ECP_DYNAMIC && bb->kind == ECP_DYNAMIC) {
+        return ecp_i_min(ba->length, bb->length);
+    }
+    return ecp_i_giving(ba, bb)->length;
+}
+
 /* Lists what the patches that carry do. */
 static int ecp_i_phases(const ecp_i_advance *a, ecp_i_phase *list)
 {
@@ -8836,7 +8851,7 @@ static int ecp_i_phases(const ecp_i_advance *a, ecp_i_phase *list)
         const ecp_shape *sa = &parts[c->shape_a].shape, *sb = &parts[c->shape_b].shape;
         const ecp_real *l = ecp_i_multipliers(w, i);
         ecp_i_phase *f = list + count;
-        ecp_real size;
+        ecp_real size, length;
         if (p->guess || c->mode == ECP_APART) continue;
         count++;
         ECPSIM_MEMSET(f, 0, sizeof *f);
@@ -8845,15 +8860,15 @@ static int ecp_i_phases(const ecp_i_advance *a, ecp_i_phase *list)
         f->mode = c->mode;
         ecp_i_copy3(p->a, f->a);
         ecp_i_copy3(c->normal, f->N);
-        f->faces[0] = ecp_i_faces(a, sa, ecp_i_body_of(w, c->shape_a)->length, p->a, l);
+        length = ecp_i_patch_length(ecp_i_body_of(w, c->shape_a), ecp_i_body_of(w, c->shape_b));
+        f->faces[0] = ecp_i_faces(a, sa, length, p->a, l);
         if (sb->kind != ECP_HALF_SPACE) {
             ecp_real x[3], b[3];
             ecp_i_posed B;
             ecp_i_pose_of(w, c->shape_b, c->point_b, &B);
             ecp_i_scale(-1, B.x, x);
             ecp_i_mul_t(B.Q, x, b);
-            f->faces[1] =
-                ecp_i_faces(a, sb, ecp_i_body_of(w, c->shape_a)->length, b, l + sa->inequalities);
+            f->faces[1] = ecp_i_faces(a, sb, length, b, l + sa->inequalities);
         }
         ecp_i_scale(c->p_t / (c->e_t * c->e_t), c->direction_t, f->friction);
         ecp_i_axpy(f->friction, c->p_o / (c->e_o * c->e_o), c->direction_o, f->friction);
@@ -8988,7 +9003,7 @@ static int ecp_i_phase_fits(ecp_i_advance *a, const ecp_i_phase *f)
     const ecp_real *ra = a->rate + 6 * (ba - ecp_i_bodies(w)),
                    *rb = a->rate + 6 * (bb - ecp_i_bodies(w));
     ecp_real at[3], n[3], local[3], v[3], tilt, spin[3], acc;
-    ecp_real limit = a->o.tolerance * (ba->kind == ECP_DYNAMIC ? ba->length : bb->length);
+    ecp_real limit = a->o.tolerance * ecp_i_giving(ba, bb)->length;
     ecp_real gap = ecp_i_gap_at_first(w, f, n, at, v);
     ecp_i_posed A;
     int fits = 1;
@@ -9019,7 +9034,7 @@ static int ecp_i_stick_fits(ecp_i_advance *a, const ecp_i_phase *f)
     const ecp_i_body *ba = ecp_i_body_of(w, f->shape_a), *bb = ecp_i_body_of(w, f->shape_b);
     const ecp_real *ra = a->rate + 6 * (ba - ecp_i_bodies(w)),
                    *rb = a->rate + 6 * (bb - ecp_i_bodies(w));
-    const ecp_i_body *b;
+    const ecp_i_body *b = ecp_i_giving(ba, bb);
     ecp_real at[3], n[3], v[3], slow[3], apart[3], size, closing, turn, impulse;
     ecp_i_posed A, B;
     ecp_i_pose_of(w, f->shape_a, ba->x, &A);
@@ -9035,7 +9050,6 @@ static int ecp_i_stick_fits(ecp_i_advance *a, const ecp_i_phase *f)
     ecp_i_slip_at(ra, rb, at, apart, slow);
     ecp_i_axpy(v, -ecp_i_dot(v, f->N), f->N, v);
     ecp_i_axpy(slow, -ecp_i_dot(slow, f->N), f->N, slow);
-    b = ba->kind == ECP_DYNAMIC ? ba : bb;
     size = ecp_i_dot(v, v);
     closing = -ecp_i_dot(v, slow);
     if (f->weigh[2] > 0) {
@@ -9068,6 +9082,7 @@ static int ecp_i_slip_fits(const ecp_i_advance *a, const ecp_i_phase *f)
 {
     const ecp_world *w = ecp_i_snapshot(a->saved);
     const ecp_i_body *ba = ecp_i_body_of(w, f->shape_a), *bb = ecp_i_body_of(w, f->shape_b);
+    const ecp_i_body *b = ecp_i_giving(ba, bb);
     ecp_real at[3], v[3], apart[3], spin[3], along, size;
     ecp_i_posed A;
     ecp_i_pose_of(w, f->shape_a, ba->x, &A);
@@ -9078,10 +9093,9 @@ static int ecp_i_slip_fits(const ecp_i_advance *a, const ecp_i_phase *f)
     ecp_i_axpy(v, -ecp_i_dot(v, f->N), f->N, v);
     ecp_i_sub(ba->v + 3, bb->v + 3, spin);
     along = ecp_i_dot(f->friction, v) + f->friction[3] * ecp_i_dot(f->N, spin);
-    size = ecp_i_max(ecp_i_norm(v), ba->length * ecp_i_abs(ecp_i_dot(f->N, spin)));
+    size = ecp_i_max(ecp_i_norm(v), b->length * ecp_i_abs(ecp_i_dot(f->N, spin)));
     if (f->y[0] == 0) return 1; /* no friction, no stick */
-    return along < 0 &&
-           size > a->o.tolerance * ecp_i_speed_scale(a, ba->kind == ECP_DYNAMIC ? ba : bb);
+    return along < 0 && size > a->o.tolerance * ecp_i_speed_scale(a, b);
 }
 
 /* A phase is over, without a jump. Either it ends where the macro step begins, and that must be a
@@ -9423,10 +9437,12 @@ static ecp_real ecp_i_error(const ecp_i_advance *a, const ecp_real *p, const ecp
         ecp_real speed;
         if (!ecp_i_moves(b + i)) continue;
         for (k = 0; k < 12; k++) d[k] = p[12 * i + k] - q[12 * i + k];
+        ecp_i_worst(&worst, 2 * ecp_i_norm(d + 3));
+        /* driven at one velocity: nothing else can be off */
+        if (b[i].kind != ECP_DYNAMIC) continue;
         for (k = 0; k < 6; k++) end.v[k] += p[12 * i + 6 + k];
         speed = ecp_i_max(ecp_i_speed_scale(a, b + i), ecp_i_speed_scale(a, &end));
         ecp_i_worst(&worst, ecp_i_norm(d) / b[i].length);
-        ecp_i_worst(&worst, 2 * ecp_i_norm(d + 3));
         if (!(speed > 0)) continue;
         ecp_i_worst(&worst, ecp_i_norm(d + 6) / speed);
         ecp_i_worst(&worst, ecp_i_norm(d + 9) * b[i].length / speed);
@@ -9442,7 +9458,7 @@ static ecp_real ecp_i_hidden(const ecp_i_advance *a, const ecp_real *row)
     ecp_real worst = 0;
     int i;
     for (i = 0; i < a->w->bodies; i++) {
-        if (!ecp_i_moves(b + i)) continue;
+        if (b[i].kind != ECP_DYNAMIC) continue;
         ecp_i_worst(&worst, ecp_i_norm(row + 12 * i + 6) / b[i].length);
         ecp_i_worst(&worst, ecp_i_norm(row + 12 * i + 9));
     }
@@ -9523,7 +9539,7 @@ static void ecp_i_project_velocities(ecp_i_advance *a)
             if (ecp_i_patches(w)[i].guess || c->mode == ECP_APART) continue;
             ecp_i_pose_of(w, c->shape_a, b->x, &A);
             ecp_i_pose_of(w, c->shape_b, b->x, &B);
-            if (B.shape->kind != ECP_HALF_SPACE) continue;
+            if (B.shape->kind != ECP_HALF_SPACE || b->kind != ECP_DYNAMIC) continue;
             ecp_i_place(&A, &B, ecp_i_patches(w)[i].a, n, at);
             ecp_i_sub(b->x, ground->x, apart);
             ecp_i_slip_at(b->v, ground->v, at, apart, v);
@@ -9938,7 +9954,8 @@ static ecp_real ecp_i_meeting(const ecp_i_advance *a)
     int i;
     for (i = 0; i < a->now_count; i++) {
         const ecp_i_phase *f = a->now + i;
-        const ecp_i_body *b = ecp_i_body_of(w, f->shape_a);
+        const ecp_i_body *b =
+            ecp_i_giving(ecp_i_body_of(w, f->shape_a), ecp_i_body_of(w, f->shape_b));
         ecp_real n[3], at[3], v[3], gap, speed, time;
         if (ecp_i_parts(w)[f->shape_b].shape.kind != ECP_HALF_SPACE) return -1;
         gap = ecp_i_gap_at_first(w, f, n, at, v);

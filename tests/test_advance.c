@@ -341,6 +341,74 @@ static void advance_loads(void)
     free(w);
 }
 
+/* A box of mu 0.5 or 1 that rides on a body driven at a velocity, or at a spin of 4 about z: `under` is a box
+   or a half-space. */
+static ecp_world *advance_ride(int plane, int spins)
+{
+    ecp_world *w = advance_world(8);
+    ecp_material m = ecp_material_default();
+    ecp_body_desc b = ecp_body_desc_default();
+    ecp_real up[3] = {0, 0, 1}, v[3] = {0, 0, 0}, spin[3] = {0, 0, 4};
+    ecp_shape s;
+    m.mu = spins ? 1 : ECP_R(0.5);
+    m.e_r = ECP_R(0.01);
+    b.kind = ECP_KINEMATIC;
+    b.position[2] = plane ? 0 : ECP_R(-0.1);
+    b.velocity[0] = spins ? ECP_R(0) : ECP_R(1);
+    b.angular_velocity[2] = spins ? ECP_R(4) : ECP_R(0);
+    CHECK(ecp_body_add(w, &b, NULL) == ECP_OK);
+    if (plane)
+        CHECK(ecp_shape_half_space(&s, up, 0) == ECP_OK);
+    else
+        advance_box(&s, 3, 3, 0.1);
+    CHECK(ecp_body_add_shape(w, 0, &s, NULL, NULL, &m, NULL) == ECP_OK);
+    advance_box(&s, 0.02, 0.03, 0.01);
+    advance_body(w, &s, &m, 0.3, 0, 0.01);
+    v[1] = ECP_R(1.2);
+    if (spins) CHECK(ecp_body_set_state(w, 1, NULL, NULL, v, spin) == ECP_OK);
+    return w;
+}
+
+/* On a conveyor a box slides until it has its velocity; on a turntable it stays where it is, which steps of
+   one length do not (it drifts inwards by h w^2 / 2 of its radius a second). */
+static void advance_driven(void)
+{
+    ecp_advance_options o = advance_options(1e-8, 1e-3);
+    ecp_body_desc b = ecp_body_desc_default();
+    ecp_world *w = advance_world(8);
+    ecp_real x[3], q[4], v[3], spin[3];
+    int plane;
+    /* nothing else: driven bodies have no length */
+    b.kind = ECP_KINEMATIC;
+    b.velocity[1] = 2;
+    b.angular_velocity[0] = ECP_R(0.5);
+    CHECK(ecp_body_add(w, &b, NULL) == ECP_OK);
+    CHECK(ecp_advance(w, 1, &o, NULL) == ECP_OK);
+    ecp_body_get_state(w, 0, x, q, NULL, NULL);
+    CHECK_NEAR(x[1], 2, test_by(1e-12, 1e-5));
+    CHECK_NEAR(q[1], sin(0.25), test_by(1e-8, 1e-3));
+    free(w);
+    for (plane = 0; plane < 2; plane++) {
+        double bound = test_by(1e-8, 1e-3), angle = 4;
+        w = advance_ride(plane, 0);
+        CHECK(ecp_advance(w, 1, &o, NULL) == ECP_OK);
+        ecp_body_get_state(w, 1, x, NULL, v, NULL);
+        CHECK_NEAR(x[0], 0.3 + 1 - 1 / 9.8, bound);
+        CHECK_NEAR(v[0], 1, bound);
+        CHECK_NEAR(x[2], 0.01, bound / 10);
+        free(w);
+        w = advance_ride(plane, 1);
+        CHECK(ecp_advance(w, 1, &o, NULL) == ECP_OK);
+        ecp_body_get_state(w, 1, x, NULL, v, spin);
+        CHECK_NEAR(x[0], 0.3 * cos(angle), 10 * bound);
+        CHECK_NEAR(x[1], 0.3 * sin(angle), 10 * bound);
+        CHECK_NEAR(spin[2], 4, 10 * bound);
+        ecp_body_get_state(w, 0, NULL, q, NULL, NULL);
+        CHECK_NEAR(q[3], sin(angle / 2), 10 * bound);
+        free(w);
+    }
+}
+
 /* Torque-free: energy and angular momentum stay, within the tolerance, where a step loses them. */
 static void advance_free_rotation(void)
 {
@@ -531,6 +599,7 @@ static void test_advance_section(void)
     advance_spin();
     advance_table();
     advance_loads();
+    advance_driven();
     advance_free_rotation();
     advance_order();
     advance_rest();

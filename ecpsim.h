@@ -5697,7 +5697,8 @@ typedef struct ecp_i_problem {
 typedef struct ecp_i_effort {
     ecp_i_size size; /* of the last residual */
     int iterations, evaluations, fallbacks;
-    int most; /* iterations that may be made; -1: more were wanted */
+    int moved; /* not the start as it was */
+    int most;  /* iterations that may be made; -1: more were wanted */
 } ecp_i_effort;
 
 /* nothing done yet, and what options.max_total_iterations leaves after so many iterations elsewhere */
@@ -5705,7 +5706,7 @@ static ecp_i_effort ecp_i_effort_after(const ecp_options *o, int iterations)
 {
     ecp_i_effort effort;
     effort.size.largest = 0;
-    effort.iterations = effort.evaluations = effort.fallbacks = 0;
+    effort.iterations = effort.evaluations = effort.fallbacks = effort.moved = 0;
     effort.most = 0x7fffffff;
     if (o->max_total_iterations > 0) {
         effort.most =
@@ -5908,6 +5909,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             s.compliance *= 4;
         }
         ECPSIM_MEMCPY(z, p->trial, (size_t)p->n * sizeof(ecp_real));
+        effort->moved = 1;
         if (ecp_i_at_rounding(now, tolerance)) return 1;
         if (now->error <= tolerance && 2 * now->largest > before &&
             (now->error <= ecp_i_aim(tolerance) || 2 * now->error > above)) {
@@ -8400,10 +8402,12 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     ecp_i_island_units(&s);
     solved = ecp_i_solve(&p, step->o, z, &effort);
     if (ECP_I_CENTRING && solved && step->o->rule == ECP_CENTRED) {
-        if (s.many || s.uncentred)
+        /* what rests uncentred is left alone */
+        int rests = s.in_vain && !s.uncentred && !effort.moved && !effort.fallbacks;
+        if (rests)
+            centred = 0;
+        else if (s.many || s.uncentred)
             centred = ecp_i_centre(&s, &p, step, z, best, &effort);
-        else if (s.in_vain && effort.iterations == 0)
-            centred = 0; /* what rests uncentred is left alone */
         step->r->centred &= centred;
     }
     if (step->arena.overflow) return ecp_i_no_room(step, &s, label);

@@ -377,7 +377,7 @@ static void advance_driven(void)
     ecp_body_desc b = ecp_body_desc_default();
     ecp_world *w = advance_world(8);
     ecp_real x[3], q[4], v[3], spin[3];
-    int plane;
+    int plane, k;
     /* nothing else: driven bodies have no length */
     b.kind = ECP_KINEMATIC;
     b.velocity[1] = 2;
@@ -407,6 +407,11 @@ static void advance_driven(void)
         CHECK_NEAR(q[3], sin(angle / 2), 10 * bound);
         free(w);
     }
+    w = advance_ride(0, 1);
+    for (k = 0; k < 100; k++) CHECK(ecp_step(w, ECP_R(0.01), NULL, NULL) == ECP_OK);
+    ecp_body_get_state(w, 1, x, NULL, NULL, NULL);
+    CHECK_NEAR(sqrt((double)(x[0] * x[0] + x[1] * x[1])), 0.3 * exp(-0.01 * 16 / 2), 1e-4);
+    free(w);
 }
 
 /* Torque-free: energy and angular momentum stay, within the tolerance, where a step loses them. */

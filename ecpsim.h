@@ -694,9 +694,10 @@ ECP_DEF ecp_status ecp_shape_get(const ecp_world *world, int shape_index, const 
 
 /* Which primitives a primitive may touch: `category` has the bits of what it is, `collides_with`
    those of what it meets. Two primitives make a patch only if each one's category has a bit in common
-   with what the other collides with; all bits are set where nothing is said. It holds from the next
-   step on. Two that overlap when a step begins to see them are pushed apart within that step, as any
-   two are: at the speed of depth / h. */
+   with what the other collides with. All bits of both are set where nothing is said, so such a
+   primitive is of every category: with collides_with = 0 a primitive touches nothing, with any bit set
+   also all that was left as it was. It holds from the next step on. Two that overlap when a step begins
+   to see them are pushed apart within that step, as any two are: at the speed of depth / h. */
 ECP_DEF ecp_status ecp_shape_set_filter(ecp_world *world, int shape_index, uint32_t category,
                                         uint32_t collides_with);
 

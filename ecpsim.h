@@ -844,8 +844,8 @@ typedef void (*ecp_load)(void *user, ecp_world *world, ecp_real time);
 
 typedef struct ecp_advance_options {
     ecp_real tolerance;  /* what the error of one macro step may be: in positions and turns
-                            tolerance times L = sqrt(trace I / mass) of the body, and tolerance
-                            (rad); in velocities tolerance times the largest of |v|, L |w| and
+                            tolerance times L = sqrt(trace I / mass) of the body (of a kinematic
+                            one: the shortest L, or 1 m), and tolerance (rad); in velocities tolerance times the largest of |v|, L |w| and
                             sqrt(|g| L) */
     ecp_real macro_step; /* 0: chosen. Else this pace is kept (the last one is shorter), with
                             `order`, and the tolerance is only the unit of the error reported, s */
@@ -9431,23 +9431,34 @@ static void ecp_i_extrapolate(ecp_i_advance *a, int j)
     }
 }
 
+/* driven bodies have no length of their own: the shortest of the others', or 1 m if there is none */
+static ecp_real ecp_i_shortest_length(const ecp_i_advance *a)
+{
+    ecp_real shortest = 0;
+    int i;
+    for (i = 0; i < a->w->bodies; i++) {
+        ecp_real length = ecp_i_bodies(a->w)[i].length;
+        if (length > 0 && (shortest == 0 || length < shortest)) shortest = length;
+    }
+    return shortest > 0 ? shortest : ECP_R(1.0);
+}
+
 /* the difference of two rows of changes, in tolerances */
 static ecp_real ecp_i_error(const ecp_i_advance *a, const ecp_real *p, const ecp_real *q)
 {
     const ecp_i_body *b = ecp_i_bodies(ecp_i_snapshot(a->saved));
-    ecp_real worst = 0, d[12];
+    ecp_real worst = 0, d[12], shortest = ecp_i_shortest_length(a);
     int i, k;
     for (i = 0; i < a->w->bodies; i++) {
         ecp_i_body end = b[i];
         ecp_real speed;
         if (!ecp_i_moves(b + i)) continue;
         for (k = 0; k < 12; k++) d[k] = p[12 * i + k] - q[12 * i + k];
+        ecp_i_worst(&worst, ecp_i_norm(d) / (b[i].kind == ECP_DYNAMIC ? b[i].length : shortest));
         ecp_i_worst(&worst, 2 * ecp_i_norm(d + 3));
-        /* driven at one velocity: nothing else can be off */
         if (b[i].kind != ECP_DYNAMIC) continue;
         for (k = 0; k < 6; k++) end.v[k] += p[12 * i + 6 + k];
         speed = ecp_i_max(ecp_i_speed_scale(a, b + i), ecp_i_speed_scale(a, &end));
-        ecp_i_worst(&worst, ecp_i_norm(d) / b[i].length);
         if (!(speed > 0)) continue;
         ecp_i_worst(&worst, ecp_i_norm(d + 6) / speed);
         ecp_i_worst(&worst, ecp_i_norm(d + 9) * b[i].length / speed);

@@ -369,6 +369,15 @@ static ecp_world *advance_ride(int plane, int spins)
     return w;
 }
 
+/* to and fro, by the callback */
+static void advance_shake(void *user, ecp_world *w, ecp_real time)
+{
+    ecp_real v[3] = {0, 0, 0};
+    (void)user;
+    v[0] = ECP_R(sin(3 * (double)time));
+    CHECK(ecp_body_set_state(w, 0, NULL, NULL, v, NULL) == ECP_OK);
+}
+
 /* On a conveyor a box slides until it has its velocity; on a turntable it stays where it is, which steps of
    one length do not (it drifts inwards by h w^2 / 2 of its radius a second). */
 static void advance_driven(void)
@@ -405,6 +414,20 @@ static void advance_driven(void)
         CHECK_NEAR(spin[2], 4, 10 * bound);
         ecp_body_get_state(w, 0, NULL, q, NULL, NULL);
         CHECK_NEAR(q[3], sin(angle / 2), 10 * bound);
+        free(w);
+    }
+    /* a box that sticks to what shakes it; and nothing on it */
+    for (k = 0; k < 2; k++) {
+        double bound = test_by(1e-8, 1e-3);
+        w = advance_ride(0, 0);
+        if (k) CHECK(ecp_body_remove(w, 1) == ECP_OK);
+        o.load = advance_shake;
+        CHECK(ecp_advance(w, 1, &o, NULL) == ECP_OK);
+        o.load = NULL;
+        ecp_body_get_state(w, 0, x, NULL, NULL, NULL);
+        CHECK_NEAR(x[0], (1 - cos(3.0)) / 3, bound);
+        if (!k) ecp_body_get_state(w, 1, x, NULL, NULL, NULL);
+        if (!k) CHECK_NEAR(x[0], 0.3 + (1 - cos(3.0)) / 3, bound);
         free(w);
     }
     w = advance_ride(0, 1);

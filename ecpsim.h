@@ -845,8 +845,8 @@ typedef void (*ecp_load)(void *user, ecp_world *world, ecp_real time);
 typedef struct ecp_advance_options {
     ecp_real tolerance;  /* what the error of one macro step may be: in positions and turns
                             tolerance times L = sqrt(trace I / mass) of the body (of a kinematic
-                            one: the shortest L, or 1 m), and tolerance (rad); in velocities tolerance times the largest of |v|, L |w| and
-                            sqrt(|g| L) */
+                            one: the shortest L, or 1 m), and tolerance (rad); in velocities
+                            tolerance times the largest of |v|, L |w| and sqrt(|g| L) */
     ecp_real macro_step; /* 0: chosen. Else this pace is kept (the last one is shorter), with
                             `order`, and the tolerance is only the unit of the error reported, s */
     int order;           /* the highest, from 2 to ecp_world_desc.advance_order; 0: that one */

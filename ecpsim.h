@@ -5684,7 +5684,8 @@ typedef struct ecp_i_problem {
        down to which equations are to be told apart. compliance: damps it, 0: not at all */
     int (*step)(void *self, const ecp_real *z, const ecp_real *F, ecp_real fine,
                 ecp_real compliance, ecp_real *dz);
-    /* the k-th start (0: warm, 1 and 2: geometric, then disturbed ones); 0: no more */
+    /* the k-th start (0: warm, 1 and 2: geometric, then disturbed ones); 0: no more, 2: a warm one in which
+       nothing moves */
     int (*start)(void *self, int k, ecp_real *z);
     /* betters a z at which Newton has stalled, or NULL */
     void (*repair)(void *self, ecp_real *z);
@@ -5698,8 +5699,7 @@ typedef struct ecp_i_problem {
 typedef struct ecp_i_effort {
     ecp_i_size size; /* of the last residual */
     int iterations, evaluations, fallbacks;
-    int moved; /* not the start as it was */
-    int most;  /* iterations that may be made; -1: more were wanted */
+    int most; /* iterations that may be made; -1: more were wanted */
 } ecp_i_effort;
 
 /* nothing done yet, and what options.max_total_iterations leaves after so many iterations elsewhere */
@@ -5707,7 +5707,7 @@ static ecp_i_effort ecp_i_effort_after(const ecp_options *o, int iterations)
 {
     ecp_i_effort effort;
     effort.size.largest = 0;
-    effort.iterations = effort.evaluations = effort.fallbacks = effort.moved = 0;
+    effort.iterations = effort.evaluations = effort.fallbacks = 0;
     effort.most = 0x7fffffff;
     if (o->max_total_iterations > 0) {
         effort.most =
@@ -5861,7 +5861,8 @@ static int ecp_i_at_rounding(const ecp_i_size *size, ecp_real tolerance)
    is damped, the more the less it helps. Returns 1 with z solved to the tolerance, or 0. It aims at
    rounding, and is content with the tolerance, or with a rounding floor above it, only where another
    iteration does not halve the residual: what one step misses is missed again by the warm start of the
-   next, and adds up. A start that is well below the tolerance is left as it is if `warm` says so. */
+   next, and adds up. A start that is well below the tolerance is left as it is if `warm` says so, one in
+   which nothing moves (warm = 2, so nothing adds up) if it is below. */
 static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, int limit,
                         ecp_real relax, ecp_real *z, ecp_i_effort *effort)
 {
@@ -5872,7 +5873,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     p->residual(p->self, z, relax, p->F, &effort->size);
     effort->evaluations++;
     if (ecp_i_at_rounding(now, tolerance)) return 1;
-    if (warm && now->error <= ecp_i_content(tolerance)) return 1;
+    if (warm && now->error <= (warm > 1 ? tolerance : ecp_i_content(tolerance))) return 1;
     for (k = 0; k < ECP_I_MEMORY; k++) s.merits[k] = ecp_i_merit(p->n, p->F);
     s.slack = ECP_I_SLACK;
     s.fine = 1;
@@ -5910,7 +5911,6 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             s.compliance *= 4;
         }
         ECPSIM_MEMCPY(z, p->trial, (size_t)p->n * sizeof(ecp_real));
-        effort->moved = 1;
         if (ecp_i_at_rounding(now, tolerance)) return 1;
         if (now->error <= tolerance && 2 * now->largest > before &&
             (now->error <= ecp_i_aim(tolerance) || 2 * now->error > above)) {
@@ -6008,10 +6008,10 @@ static int ecp_i_ramp(const ecp_i_problem *p, ecp_real tolerance, int limit, ecp
 
 /* Newton from start k; continuation where there are many unknowns; then Newton again from where it has
    stalled, if that can be bettered. */
-static int ecp_i_attempt(const ecp_i_problem *p, int k, const ecp_options *o, ecp_real *z,
+static int ecp_i_attempt(const ecp_i_problem *p, int k, int warm, const ecp_options *o, ecp_real *z,
                          ecp_i_effort *effort)
 {
-    if (ecp_i_newton(p, k == 0, o->tolerance, o->max_iterations, 0, z, effort)) return 1;
+    if (ecp_i_newton(p, warm, o->tolerance, o->max_iterations, 0, z, effort)) return 1;
     if (k == 0 && p->stalled && p->n >= ECP_I_MANY && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
         ECPSIM_MEMCPY(p->stalled, z, (size_t)p->n * sizeof(ecp_real));
         p->start(p->self, k, z);
@@ -6032,14 +6032,14 @@ static int ecp_i_attempt(const ecp_i_problem *p, int k, const ecp_options *o, ec
 static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *o, ecp_real *z,
                        ecp_i_effort *effort)
 {
-    int k, limit = o->max_iterations;
-    for (k = 0; p->start(p->self, k, z); k++) {
+    int k, warm, limit = o->max_iterations;
+    for (k = 0; (warm = p->start(p->self, k, z)) > 0; k++) {
         int kind = k > 2 ? ECP_FALLBACK_MULTISTART : k > 0 ? ECP_FALLBACK_GEOMETRIC : 0;
         if (k > 0 && effort->iterations >= effort->most) break;
         if (k > 2 && !ecp_i_may(o, kind)) break;
         if (k == 0 || ecp_i_may(o, kind)) {
             effort->fallbacks |= kind;
-            if (ecp_i_attempt(p, k, o, z, effort)) return 1;
+            if (ecp_i_attempt(p, k, k == 0 ? warm : 0, o, z, effort)) return 1;
         }
         if (k == 2 && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
             p->start(p->self, k, z);
@@ -8091,7 +8091,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
     static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)}, none[3] = {0, 0, 0};
     ecp_i_island *s = (ecp_i_island *)self;
     ecp_real aside[3], dv[6];
-    int i, j, first = ECP_I_STARTS == 0 || k == 0;
+    int i, j, first = ECP_I_STARTS == 0 || k == 0, started = 2;
     if (k > ECP_I_STARTS) return 0;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
@@ -8111,8 +8111,10 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         ecp_i_pair *c = s->pairs[i];
         const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
         int warm = first && old && !old->guess;
-        s->uncentred |= ECP_I_CENTRING && first && old && old->centred == 0;
-        s->in_vain |= ECP_I_CENTRING && first && old && old->centred < 0;
+        if (ECP_I_CENTRING && first && old) {
+            s->uncentred |= old->centred == 0;
+            s->in_vain |= old->centred < 0;
+        }
         c->relax = 0;
         if (warm)
             ecp_i_start_warm(s, c, z + c->at);
@@ -8147,12 +8149,14 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
             dv[j] = m->free[j] - dv[j];
             if (ecp_i_abs(m->body->v[j] + (m->body->v_carry[j] + dv[j])) <= noise[j / 3]) {
                 dv[j] = -m->body->v[j] - m->body->v_carry[j];
+            } else {
+                started = 1; /* something moves */
             }
         }
         ecp_i_scale(1 / unit[0], dv, z + 6 * i);
         ecp_i_scale(1 / unit[1], dv + 3, z + 6 * i + 3);
     }
-    return 1;
+    return started;
 }
 
 /* Where Newton has stalled, most often an ECP hangs on to a face or an edge that the pose has turned
@@ -8403,12 +8407,10 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     ecp_i_island_units(&s);
     solved = ecp_i_solve(&p, step->o, z, &effort);
     if (ECP_I_CENTRING && solved && step->o->rule == ECP_CENTRED) {
-        /* what rests uncentred is left alone */
-        int rests = s.in_vain && !s.uncentred && !effort.moved && !effort.fallbacks;
-        if (rests)
-            centred = 0;
-        else if (s.many || s.uncentred)
+        if (s.many || s.uncentred)
             centred = ecp_i_centre(&s, &p, step, z, best, &effort);
+        else if (s.in_vain && effort.iterations == 0)
+            centred = 0; /* what rests uncentred is left alone */
         step->r->centred &= centred;
     }
     if (step->arena.overflow) return ecp_i_no_room(step, &s, label);

@@ -5684,8 +5684,8 @@ typedef struct ecp_i_problem {
        down to which equations are to be told apart. compliance: damps it, 0: not at all */
     int (*step)(void *self, const ecp_real *z, const ecp_real *F, ecp_real fine,
                 ecp_real compliance, ecp_real *dz);
-    /* the k-th start (0: warm, 1 and 2: geometric, then disturbed ones); 0: no more, 2: a warm one in which
-       nothing moves */
+    /* the k-th start (0: warm, 1 and 2: geometric, then disturbed ones); 0: no more. Of the warm one 2 says
+       that nothing moves in it */
     int (*start)(void *self, int k, ecp_real *z);
     /* betters a z at which Newton has stalled, or NULL */
     void (*repair)(void *self, ecp_real *z);

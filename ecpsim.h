@@ -5427,9 +5427,9 @@ static ecp_real ecp_i_largest(int n, const ecp_real *F)
     return worst;
 }
 
-/* The largest |F_i|, in the units in which it is to be small, which need not be those of F; the same above
-   the rounding floors, which is what a solution is judged by; and balances of momentum alone above what
-   adding up their impulses rounds, which Newton can not better. */
+/* The largest |F_i|, in the units in which it is to be small, which need not be those of F. error: above the
+   rounding floors, which is what a solution is judged by. rest: what Newton might still better, the largest
+   with what adding up the impulses rounds taken off the balances of momentum. */
 typedef struct ecp_i_size {
     ecp_real largest, error, rest;
 } ecp_i_size;
@@ -6006,15 +6006,15 @@ static int ecp_i_ramp(const ecp_i_problem *p, ecp_real tolerance, int limit, ecp
    geometric starts solve as quickly. */
 #define ECP_I_MANY 1500
 
-/* Newton from start k; continuation where there are many unknowns; then Newton again from where it has
+/* Newton from a start; continuation, if it is the warm one of many unknowns; then Newton again from where it has
    stalled, if that can be bettered. */
-static int ecp_i_attempt(const ecp_i_problem *p, int k, int warm, const ecp_options *o, ecp_real *z,
+static int ecp_i_attempt(const ecp_i_problem *p, int warm, const ecp_options *o, ecp_real *z,
                          ecp_i_effort *effort)
 {
     if (ecp_i_newton(p, warm, o->tolerance, o->max_iterations, 0, z, effort)) return 1;
-    if (k == 0 && p->stalled && p->n >= ECP_I_MANY && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
+    if (warm && p->stalled && p->n >= ECP_I_MANY && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
         ECPSIM_MEMCPY(p->stalled, z, (size_t)p->n * sizeof(ecp_real));
-        p->start(p->self, k, z);
+        p->start(p->self, 0, z);
         if (ecp_i_continue_in_haste(p, o->tolerance, z, effort)) return 1;
         ECPSIM_MEMCPY(z, p->stalled, (size_t)p->n * sizeof(ecp_real));
         p->residual(p->self, z, 0, p->F, &effort->size);
@@ -6039,7 +6039,7 @@ static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *o, ecp_real *z
         if (k > 2 && !ecp_i_may(o, kind)) break;
         if (k == 0 || ecp_i_may(o, kind)) {
             effort->fallbacks |= kind;
-            if (ecp_i_attempt(p, k, k == 0 ? warm : 0, o, z, effort)) return 1;
+            if (ecp_i_attempt(p, k == 0 ? warm : 0, o, z, effort)) return 1;
         }
         if (k == 2 && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
             p->start(p->self, k, z);
@@ -8091,7 +8091,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
     static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)}, none[3] = {0, 0, 0};
     ecp_i_island *s = (ecp_i_island *)self;
     ecp_real aside[3], dv[6];
-    int i, j, first = ECP_I_STARTS == 0 || k == 0, started = 2;
+    int i, j, first = ECP_I_STARTS == 0 || k == 0, moves = 0;
     if (k > ECP_I_STARTS) return 0;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
@@ -8150,13 +8150,13 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
             if (ecp_i_abs(m->body->v[j] + (m->body->v_carry[j] + dv[j])) <= noise[j / 3]) {
                 dv[j] = -m->body->v[j] - m->body->v_carry[j];
             } else {
-                started = 1; /* something moves */
+                moves = 1;
             }
         }
         ecp_i_scale(1 / unit[0], dv, z + 6 * i);
         ecp_i_scale(1 / unit[1], dv + 3, z + 6 * i + 3);
     }
-    return started;
+    return moves ? 1 : 2;
 }
 
 /* Where Newton has stalled, most often an ECP hangs on to a face or an edge that the pose has turned
@@ -8831,7 +8831,7 @@ static const ecp_i_body *ecp_i_body_of(const ecp_world *w, int shape)
     return ecp_i_bodies(w) + ecp_i_parts(w)[shape].body;
 }
 
-/* the body by which a patch's lengths and speeds are measured: A's, or B's where A is driven */
+/* the body by which a patch's lengths and speeds are measured: A's, or B's where A does not give way */
 static const ecp_i_body *ecp_i_giving(const ecp_i_body *ba, const ecp_i_body *bb)
 {
     return ba->kind == ECP_DYNAMIC ? ba : bb;

@@ -341,8 +341,8 @@ static void advance_loads(void)
     free(w);
 }
 
-/* A box of mu 0.5 or 1 that rides on a body driven at a velocity, or at a spin of 4 about z: `under` is a box
-   or a half-space. */
+/* A box of mu 0.5 or 1 that rides on a body driven at a velocity, or at a spin of 4 about z: on a half-space or
+   on a box. */
 static ecp_world *advance_ride(int plane, int spins)
 {
     ecp_world *w = advance_world(8);

@@ -1547,6 +1547,29 @@ static void ecp_i_subtract_row(int n, ecp_real factor, const ecp_real *pivot, ec
     for (; j < n; j++) row[j] -= factor * pivot[j];
 }
 
+/* row -= factor[k] times row k of A for k < count, one after the other; four columns at a time, so that
+   the row is read and written once */
+static void ecp_i_subtract_rows(int n, int count, const ecp_real *factor, const ecp_real *A, int ld,
+                                ecp_real *row)
+{
+    int j, k;
+    for (j = 0; ECP_I_FOUR && j + 3 < n; j += 4) {
+        ecp_real a = row[j], b = row[j + 1], c = row[j + 2], d = row[j + 3];
+        for (k = 0; k < count; k++) {
+            const ecp_real *pivot = A + ld * k + j;
+            a -= factor[k] * pivot[0];
+            b -= factor[k] * pivot[1];
+            c -= factor[k] * pivot[2];
+            d -= factor[k] * pivot[3];
+        }
+        row[j] = a;
+        row[j + 1] = b;
+        row[j + 2] = c;
+        row[j + 3] = d;
+    }
+    for (k = 0; k < count; k++) ecp_i_subtract_row(n - j, factor[k], A + ld * k + j, row + j);
+}
+
 /* rows of [R1 R2], R1 upper triangular, to [1 R1^-1 R2] */
 static void ecp_i_solve_rows(int rank, int all, ecp_real *A, int ld)
 {
@@ -5007,16 +5030,16 @@ static void ecp_i_permute(int n, const int *piv, ecp_real *row)
     for (k = 0; k < n; k++) row[k] = was[piv[k]];
 }
 
-/* row -= row[k] times equation k, for the unit equations of ecp_i_solve_rows */
+/* row -= row[k] times equation k, for the unit equations of ecp_i_solve_rows, of which there are up to 6 */
 static void ecp_i_insert(int rank, int all, const ecp_real *A, int ld, ecp_real *row)
 {
+    ecp_real factor[6];
     int k;
     for (k = 0; k < rank; k++) {
-        ecp_real factor = row[k];
-        if (factor == 0) continue;
+        factor[k] = row[k];
         row[k] = 0;
-        ecp_i_subtract_row(all - rank, factor, A + ld * k + rank, row + rank);
     }
+    ecp_i_subtract_rows(all - rank, rank, factor, A + rank, ld, row + rank);
 }
 
 /* Constraints: the first rank_c velocities (in the order of piv_c) from the others. What is left of
@@ -5042,13 +5065,12 @@ static void ecp_i_front_balance(ecp_i_front *f)
     for (i = 0; i < 6; i++) {
         for (j = 0; j < ld; j++) f->W[ld * i + j] = f->M[ld * f->piv_b[i] + j];
     }
-    for (k = 0; k < f->rank_b; k++) {
-        const ecp_real *pivot = f->W + ld * k;
-        for (i = k + 1; i < ldb; i++) {
-            ecp_real *row = i < 6 ? f->W + ld * i : f->M + ld * i;
-            ecp_real factor = f->Bt[ldb * k + i] / f->Bt[ldb * k + k];
-            if (factor != 0) ecp_i_subtract_row(ld, factor, pivot, row);
+    for (i = 1; i < ldb; i++) {
+        ecp_real factor[6];
+        for (k = 0; k < f->rank_b && k < i; k++) {
+            factor[k] = f->Bt[ldb * k + i] / f->Bt[ldb * k + k];
         }
+        ecp_i_subtract_rows(ld, k, factor, f->W, ld, (i < 6 ? f->W : f->M) + ld * i);
     }
 }
 
@@ -5138,28 +5160,30 @@ static void ecp_i_front_pass(const ecp_i_tree *t, ecp_i_front *f, int left)
         for (j = 0; j < n; j++) to[piv[j]] = j >= i ? B[ldb * i + j] : ECP_R(0);
     }
     for (i = 0; i < n; i++, to += n + 1) {
-        for (j = 0; j <= n; j++) to[j] = f->M[ld * (6 + i) + 6 + j];
+        ECPSIM_MEMCPY(to, f->M + ld * (6 + i) + 6, (size_t)(n + 1) * sizeof(ecp_real));
     }
 }
 
-/* adds what a child passes on; returns how many rows of C and of B^T it filled */
+/* adds what a child passes on */
 static void ecp_i_front_extend(const ecp_i_tree *t, ecp_i_front *f, const ecp_i_front *child,
                                int constraints, int forces)
 {
     int n = ecp_i_width(child), ld = 7 + ecp_i_width(f), ldb = 6 + ecp_i_width(f), i, j;
+    int *at = t->ints; /* the columns of the child's velocities in the front */
     const ecp_real *from = child->pass;
+    for (j = 0; j < n; j++) at[j] = t->slot[child->others[j / 6]] + j % 6;
     for (i = 0; i < child->left_c; i++, from += n + 1) {
         ecp_real *row = f->C + ld * (constraints + i);
-        for (j = 0; j < n; j++) row[t->slot[child->others[j / 6]] + j % 6] = from[j];
+        for (j = 0; j < n; j++) row[at[j]] = from[j];
         row[ld - 1] = from[n];
     }
     for (i = 0; i < child->left_b; i++, from += n) {
         ecp_real *row = f->Bt + ldb * (forces + i);
-        for (j = 0; j < n; j++) row[t->slot[child->others[j / 6]] + j % 6] = from[j];
+        for (j = 0; j < n; j++) row[at[j]] = from[j];
     }
     for (i = 0; i < n; i++, from += n + 1) {
-        ecp_real *row = f->M + ld * (t->slot[child->others[i / 6]] + i % 6);
-        for (j = 0; j < n; j++) row[t->slot[child->others[j / 6]] + j % 6] += from[j];
+        ecp_real *row = f->M + ld * at[i];
+        for (j = 0; j < n; j++) row[at[j]] += from[j];
         row[ld - 1] += from[n];
     }
 }
@@ -5258,11 +5282,16 @@ static int ecp_i_pass_size(const ecp_i_front *f, int left)
 /* Moves what is passed on to where the children's began, and frees the rest of the stack. */
 static void ecp_i_front_settle(ecp_i_arena *arena, ecp_i_front *f)
 {
-    int n = ecp_i_width(f), count = f->left_c * (n + 1) + f->left_b * n + n * (n + 1), i;
+    int n = ecp_i_width(f), i = f->left_c * (n + 1) + f->left_b * n + n * (n + 1), piece, apart;
     ecp_real *to;
     ecp_i_release(arena, arena->used, f->level);
-    to = ecp_i_take_stack(arena, count, 1);
-    for (i = count - 1; i >= 0; i--) to[i] = f->pass[i];
+    to = ecp_i_take_stack(arena, i, 1);
+    /* the two may overlap: from the end, in pieces that do not */
+    apart = (int)(to - f->pass);
+    for (; i > 0 && apart > 0; i -= piece) {
+        piece = i < apart ? i : apart;
+        ECPSIM_MEMCPY(to + i - piece, f->pass + i - piece, (size_t)piece * sizeof(ecp_real));
+    }
     f->pass = to;
 }
 

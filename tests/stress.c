@@ -3,7 +3,8 @@
    Families of scenes, each built from a seed, so that `stress full pair 17` repeats one case, with a
    line a step on stderr. STRESS_SEED=1 stress full: other cases of the same families, for any number.
    After every step the report is counted, and penetration is measured by code that knows nothing of
-   the solver (distance.h). A step that is not solved ends its case. One row a family, and the sum:
+   the solver (distance.h). A step that is not solved ends its case. `stress full cups` is known to leave
+   many unsolved (docs/numerics.md, Limits) and is no part of the whole run. One row a family, and the sum:
 
      geom .. sub   steps that needed each fallback
      depth         worst penetration, in relation to the smaller body of the pair
@@ -48,6 +49,7 @@ typedef struct family {
     const char *name;
     void (*build)(trial *t);
     int quick, full; /* cases */
+    int apart; /* runs only if it is named, and is in no sum: many of its steps are not solved */
 } family;
 
 /* what a row prints; the sum of all rows is one too */
@@ -668,7 +670,7 @@ static void build_apex(trial *t)
 }
 
 /* a ball, and then other primitives, thrown into the corner of three planes */
-static void build_corner(trial *t)
+static void corner(trial *t, double e_r)
 {
     scene *s = &t->s;
     double q[4], v[3], w[3], x[3], turn[4], n[3], p[3];
@@ -676,7 +678,7 @@ static void build_corner(trial *t)
     solid b;
     random_solid(s, kind, 0.5, &b);
     scene_open(s, 4, 4, 3, b.shape->inequalities, 9.8);
-    friction(s, random_mu(s), 0);
+    friction(s, random_mu(s), e_r);
     turn_about(0.6, 0.8, 0, t->number % 4 < 2 ? 0 : uniform(s, 0, 0.8), turn);
     random_turn(s, q);
     random_vector(s, 5, v);
@@ -693,6 +695,63 @@ static void build_corner(trial *t)
     }
     put(t, &b, log_uniform(s, 0.1, 10), x, q, v, w);
     t->h = pick(s, 2) ? 1e-2 : 1e-3;
+    t->steps = 200;
+}
+
+static void build_corner(trial *t) { corner(t, 0); }
+
+/* the same with friction against turns, of a hundredth to a fiftieth of the size */
+static void build_grip(trial *t) { corner(t, 0.005); }
+
+/* a disc with six staves that lean outwards */
+static void cup(solid *b)
+{
+    const double out[3] = {0.036, 0, 0.043};
+    ecp_shape shape;
+    ecp_real half[3];
+    int i;
+    memset(b, 0, sizeof *b);
+    must(ecp_shape_cylinder(&shape, (ecp_real)0.03, (ecp_real)0.003));
+    solid_add(b, &shape, 0, 0, 0.003, NULL);
+    half[0] = (ecp_real)0.002;
+    half[1] = (ecp_real)0.018;
+    half[2] = (ecp_real)0.04;
+    must(ecp_shape_box(&shape, half));
+    for (i = 0; i < 6; i++) {
+        double about[4], lean[4], at[3];
+        turn_about(0, 0, 1, scene_pi / 3 * i, about);
+        turn_about(0, 1, 0, 0.15, lean);
+        turned(about, out, at);
+        turn_after(about, lean, about);
+        solid_add(b, &shape, at[0], at[1], at[2], about);
+    }
+    solid_close(b);
+}
+
+/* two to four cups, each let go in the one below, nearly upright */
+static void build_cups(trial *t)
+{
+    scene *s = &t->s;
+    double q[4], tilt[4], x[3] = {0, 0, 0}, p[3];
+    int n = 2 + t->number % 3, i;
+    solid b;
+    cup(&b);
+    scene_open(s, n + 1, 7 * n + 1, 60 * n, 12, 9.8);
+    friction(s, random_mu(s), t->number / 6 % 2 * 0.003);
+    ground(s, 0, 0, 1, NULL);
+    for (i = 0; i < n; i++) {
+        turn_about(0, 0, 1, uniform(s, -0.01, 0.01), q);
+        if (i == 0) x[2] = solid_reach(&b, q, down, p);
+        if (i > 0) {
+            turn_about(1, 0, 0, uniform(s, -0.005, 0.005), tilt);
+            turn_after(tilt, q, q);
+            x[0] = uniform(s, -3e-4, 3e-4);
+            x[1] = uniform(s, -3e-4, 3e-4);
+            x[2] += 0.033;
+        }
+        put(t, &b, 0.05, x, q, NULL, NULL);
+    }
+    t->h = t->number / 3 % 2 ? 1e-3 : 1e-2;
     t->steps = 200;
 }
 
@@ -851,17 +910,18 @@ static void build_creep(trial *t)
 }
 
 static const family families[] = {
-    {"drop", build_drop, 120, 1800},     {"throw", build_throw, 120, 1800},
-    {"pair", build_pair, 576, 1728},     {"stack", build_stack, 30, 60},
-    {"plank", build_plank, 10, 100},     {"cards", build_cards, 4, 20},
-    {"arch", build_arch, 7, 28},         {"dominoes", build_dominoes, 2, 40},
-    {"scale", build_scale, 120, 1800},   {"far", build_far, 48, 240},
-    {"torsion", build_torsion, 36, 216}, {"needle", build_needle, 30, 150},
-    {"plate", build_plate, 20, 200},     {"patches", build_patches, 9, 54},
-    {"apex", build_apex, 16, 96},        {"corner", build_corner, 20, 200},
-    {"jam", build_jam, 20, 200},         {"rod", build_rod, 30, 300},
-    {"rest", build_rest, 1, 1},          {"push", build_push, 3, 3},
-    {"creep", build_creep, 9, 12},
+    {"drop", build_drop, 120, 1800, 0},     {"throw", build_throw, 120, 1800, 0},
+    {"pair", build_pair, 576, 1728, 0},     {"stack", build_stack, 30, 60, 0},
+    {"plank", build_plank, 10, 100, 0},     {"cards", build_cards, 4, 20, 0},
+    {"arch", build_arch, 7, 28, 0},         {"dominoes", build_dominoes, 2, 40, 0},
+    {"scale", build_scale, 120, 1800, 0},   {"far", build_far, 48, 240, 0},
+    {"torsion", build_torsion, 36, 216, 0}, {"needle", build_needle, 30, 150, 0},
+    {"plate", build_plate, 20, 200, 0},     {"patches", build_patches, 9, 54, 0},
+    {"apex", build_apex, 16, 96, 0},        {"corner", build_corner, 20, 200, 0},
+    {"grip", build_grip, 20, 200, 0},       {"jam", build_jam, 20, 200, 0},
+    {"rod", build_rod, 30, 300, 0},         {"rest", build_rest, 1, 1, 0},
+    {"push", build_push, 3, 3, 0},          {"creep", build_creep, 9, 12, 0},
+    {"cups", build_cups, 4, 40, 1},
 };
 
 /* ---- measuring */
@@ -1105,7 +1165,7 @@ int main(int argc, char **argv)
     for (i = 0; i < count; i++) {
         const family *f = families + i;
         tally row;
-        if (!strstr(f->name, filter)) continue;
+        if (f->apart ? strcmp(f->name, filter) != 0 : !strstr(f->name, filter)) continue;
         memset(&row, 0, sizeof row);
         for (k = 0; k < (full ? f->full : f->quick) && !(advance && k == 6); k++) {
             if (argc < 4 || atoi(argv[3]) == k) run_case(f, k, full, argc == 4, &row);

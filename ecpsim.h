@@ -719,9 +719,14 @@ enum {
                                       both taken to zero */
     ECP_FALLBACK_MULTISTART = 4,   /* the same from a fixed sequence of disturbed starts */
     ECP_FALLBACK_LOAD = 8,         /* the loads and velocities of the step grow from nothing */
-    ECP_FALLBACK_SUBSTEPS = 16     /* shorter steps, each solved like a step, up to 256 of them;
+    ECP_FALLBACK_SUBSTEPS = 16,    /* shorter steps, each solved like a step, up to 256 of them;
                                       ecp_report.substeps says how many. Contacts and
                                       ecp_printed_residual are then those of the last of them */
+    ECP_FALLBACK_CHORD = 32        /* before sub-steps, all of the above with the slip measured by
+                                      what the step moves the points in contact, over h, and not
+                                      by velocities at its end (they differ by h w^2 r / 2): bodies
+                                      that hold each other and turn may have no other solution.
+                                      ecp_printed_residual is not small then */
 };
 
 typedef struct ecp_options {
@@ -1007,7 +1012,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
 #ifndef ECPSIM_FALLBACKS
 #define ECPSIM_FALLBACKS                                                                           \
     (ECP_FALLBACK_GEOMETRIC | ECP_FALLBACK_CONTINUATION | ECP_FALLBACK_MULTISTART |                \
-     ECP_FALLBACK_LOAD | ECP_FALLBACK_SUBSTEPS)
+     ECP_FALLBACK_LOAD | ECP_FALLBACK_SUBSTEPS | ECP_FALLBACK_CHORD)
 #endif
 
 /* Where size is asked for, inner loops are not written out: the sums and their bits are the same. */
@@ -3851,11 +3856,11 @@ typedef struct ecp_i_pair {
     ecp_real d;
     ecp_real d_floor, d_noise; /* rounding error of the gap as a distance, and in its row */
     ecp_real n_noise;          /* and of the rows of the normal, from the last Newton step */
-    ecp_real gap_weight;       /* >= 1, of the gap's residual */
     ecp_real v[3], spin[3];    /* of A relative to B at a */
     ecp_real force[3];         /* impulse on A */
     ecp_real p[4];             /* p_n / P, y */
     ecp_real slip[3];          /* ecp_i_pair_slip */
+    ecp_real chord;            /* h, where the slip is measured along the chord of the step; or 0 */
     ecp_real relax;      /* of a relaxed problem, 0 in the true one: tau, which smoothes the rows of
                             complementarity, and the compliance of the contact */
     ecp_real compliance; /* of the contact in a damped Newton step, 0 in others */
@@ -3876,6 +3881,12 @@ static int ecp_i_km(const ecp_i_pair *c) { return ECP_I_PAIRS ? c->km : 0; }
 static ecp_real ecp_i_relax(const ecp_i_pair *c)
 {
     return (ECPSIM_FALLBACKS)&ECP_FALLBACK_CONTINUATION ? c->relax : ECP_R(0);
+}
+
+/* Only one of the fallbacks measures slip along the chord. */
+static ecp_real ecp_i_chord(const ecp_i_pair *c)
+{
+    return ECP_I_FRICTION && (ECPSIM_FALLBACKS)&ECP_FALLBACK_CHORD ? c->chord : ECP_R(0);
 }
 
 /* how many bodies a patch can move */
@@ -4095,15 +4106,25 @@ static void ecp_i_pair_impulse(ecp_i_pair *c, const ecp_real *y)
     ecp_i_axpy(c->force, c->e[1] * c->P * p[2], c->o, c->force);
 }
 
-/* How the bodies move at the patch, after the impulse. */
+/* The velocity of A relative to B at a, and its spin: at the end of the step; or, along the chord, how far the
+   step moves the point of A that is there then from that of B, over h. R0 R^T = (1 + T)^T, so B's has come
+   from rb + T^T rb. */
 static void ecp_i_pair_motion(ecp_i_pair *c)
 {
     ecp_real carried[3];
+    ecp_i_sub(c->ma->v + 3, c->mb->v + 3, c->spin);
+    if (ecp_i_chord(c) > 0) {
+        ecp_i_sub(c->ma->dx, c->mb->dx, c->v);
+        ecp_i_axpy(c->v, 1, c->turned, c->v);
+        ecp_i_mul_t(c->mb->T, c->rb, carried);
+        ecp_i_axpy(c->v, 1, carried, c->v);
+        ecp_i_scale(1 / ecp_i_chord(c), c->v, c->v);
+        return;
+    }
     ecp_i_sub(c->ma->v, c->mb->v, c->v);
     ecp_i_add_cross(c->ma->v + 3, c->ra, c->v);
     ecp_i_cross(c->rb, c->mb->v + 3, carried);
     ecp_i_axpy(c->v, 1, carried, c->v);
-    ecp_i_sub(c->ma->v + 3, c->mb->v + 3, c->spin);
 }
 
 /* What the friction rows oppose: w = (e_t v_t, e_o v_o, e_r w_n) in units V; in a relaxed problem also a
@@ -4488,6 +4509,15 @@ enum { ECP_I_GEOMETRY = 1, ECP_I_IMPULSE = 2, ECP_I_LAST = 4 };
 /* how much dearer moving an ECP by L is than changing an impulse by its unit */
 #define ECP_I_ECP_WEIGHT ECP_R(100.0)
 
+/* adds T^T of the turn of a body times dr, over h, to the change of a velocity along the chord */
+static void ecp_i_add_turned_back(const ecp_i_pair *c, const ecp_i_motion *m, ecp_real sign,
+                                  const ecp_real dr[3], ecp_real v[3])
+{
+    ecp_real back[3];
+    ecp_i_mul_t(m->T, dr, back);
+    ecp_i_axpy(v, sign / ecp_i_chord(c), back, v);
+}
+
 /* a change of the cone sum l_i grad f_i, in the frame of A */
 static void ecp_i_change_cone(const ecp_i_pair *c, const ecp_real dcone[3], ecp_i_change *t)
 {
@@ -4507,7 +4537,12 @@ static void ecp_i_change_ecp(const ecp_i_pair *c, const ecp_real da[3], ecp_i_ch
     ecp_i_scale(c->L, dr, dr);
     ecp_i_axpy(t->ra, 1, dr, t->ra);
     ecp_i_axpy(t->rb, 1, dr, t->rb);
-    ecp_i_add_cross(c->spin, dr, t->v);
+    if (ecp_i_chord(c) > 0) {
+        ecp_i_add_turned_back(c, c->mb, 1, dr, t->v);
+        ecp_i_add_turned_back(c, c->ma, -1, dr, t->v);
+    } else {
+        ecp_i_add_cross(c->spin, dr, t->v);
+    }
     ecp_i_mul(c->Ha, da, dcone);
     ecp_i_change_cone(c, dcone, t);
 }
@@ -4532,32 +4567,42 @@ static void ecp_i_change_motion(const ecp_i_pair *c, const ecp_i_motion *m, ecp_
 {
     ecp_real w[3], turn[3], dr[3], local[3], u[3];
     ecp_real sign = m == c->ma ? ECP_R(1) : ECP_R(-1);
+    int of_a = !ECP_I_PAIRS || m == c->ma;
     ecp_i_scale(m->speed / m->length, dv + 3, w);
     ecp_i_mul(m->J, w, turn);
     ecp_i_axpy(t->spin, sign, w, t->spin);
-    ecp_i_axpy(t->v, sign * m->speed, dv, t->v);
     ecp_i_scale(sign * h * m->speed, dv, dr); /* of x_A - x_B */
-    if (!ECP_I_PAIRS || m == c->ma) {
+    if (of_a) {
         ecp_i_cross(turn, c->ra, u);
         ecp_i_axpy(t->ra, 1, u, t->ra);
         ecp_i_axpy(dr, 1, u, dr);
-        ecp_i_add_cross(w, c->ra, t->v);
-        ecp_i_add_cross(c->ma->v + 3, u, t->v);
-        ecp_i_cross(turn, c->n, u);
-        if (ecp_i_on_plane(c)) {
-            ecp_i_mul_t(c->Qa, u, local);
-            ecp_i_axpy(t->rows, 1, local, t->rows);
-        } else {
-            ecp_i_axpy(t->n, 1, u, t->n);
-        }
-    } else {
-        ecp_i_cross(c->rb, w, u);
-        ecp_i_axpy(t->v, 1, u, t->v);
-        ecp_i_axpy(t->turn_b, 1, turn, t->turn_b);
     }
     ecp_i_axpy(t->rb, 1, dr, t->rb);
-    ecp_i_cross(dr, c->mb->v + 3, u);
-    ecp_i_axpy(t->v, 1, u, t->v);
+    if (ecp_i_chord(c) > 0) {
+        if (!of_a) ecp_i_add_cross(c->rb, turn, dr);
+        ecp_i_axpy(t->v, 1 / h, dr, t->v);
+        ecp_i_add_turned_back(c, c->mb, 1, dr, t->v);
+    } else {
+        ecp_i_axpy(t->v, sign * m->speed, dv, t->v);
+        if (of_a) {
+            ecp_i_add_cross(w, c->ra, t->v);
+            ecp_i_add_cross(c->ma->v + 3, u, t->v);
+        } else {
+            ecp_i_add_cross(c->rb, w, t->v);
+        }
+        ecp_i_add_cross(dr, c->mb->v + 3, t->v);
+    }
+    if (!of_a) {
+        ecp_i_axpy(t->turn_b, 1, turn, t->turn_b);
+        return;
+    }
+    ecp_i_cross(turn, c->n, u);
+    if (ecp_i_on_plane(c)) {
+        ecp_i_mul_t(c->Qa, u, local);
+        ecp_i_axpy(t->rows, 1, local, t->rows);
+    } else {
+        ecp_i_axpy(t->n, 1, u, t->n);
+    }
 }
 
 /* one column for each own unknown and each velocity of a dynamic body */
@@ -5416,6 +5461,7 @@ typedef struct ecp_i_island {
     ecp_i_arena *arena;
     /* what counts as zero in a warm start: velocities, scaled, and turns within the step, in rad */
     ecp_real h, noise, turn;
+    ecp_real chord; /* of its patches */
     const ecp_world *world;
     int centring;  /* count unknowns from their target in the next Newton step */
     int many;      /* the last Newton step had many solutions */
@@ -5488,6 +5534,7 @@ static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax,
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         c->relax = relax;
+        c->chord = s->chord;
         ecp_i_pair_evaluate(c, z + c->at, s->h);
         ecp_i_pair_residual(c, z + c->at, s->h, F + c->at);
         ecp_i_pair_noise(c, s->h, 0);
@@ -5500,13 +5547,14 @@ static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax,
         ecp_i_projection q;
         ecp_real jitter = ecp_i_moves_a(c) ? c->ma->jitter : ECP_R(0);
         ecp_real geometry, friction[3], size;
+        /* a gap is held to the tolerance times a thousand radii, however far points move in the step */
+        ecp_real gap_weight = ecp_i_max(1, s->h * c->V / (1000 * c->a->shape.radius));
         int normal = ecp_i_on_plane(c) ? 3 : 4, gap = ecp_i_at_p(c);
         if (ecp_i_moves_b(c)) jitter = ecp_i_max(jitter, c->mb->jitter);
         geometry = jitter * s->h / c->L;
         ecp_i_worst(&total->error, ecp_i_largest(normal, row) - geometry - c->n_noise);
         ecp_i_worst(&total->error, ecp_i_largest(gap - normal, row + normal) - geometry);
-        ecp_i_worst(&total->error,
-                    c->gap_weight * (ecp_i_abs(row[gap]) - c->d_noise / (s->h * c->V)));
+        ecp_i_worst(&total->error, gap_weight * (ecp_i_abs(row[gap]) - c->d_noise / (s->h * c->V)));
         ecp_i_worst(&total->largest, ecp_i_largest(gap + 1, row));
         if (ecp_i_nf(c) == 0) continue;
         ecp_i_cone_project(c, c->rho, &q);
@@ -8050,8 +8098,6 @@ static void ecp_i_island_units(ecp_i_island *s)
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         c->V = speed;
-        /* a gap is held to the tolerance times a thousand radii, however far points move in the step */
-        c->gap_weight = ecp_i_max(1, s->h * speed / (1000 * c->a->shape.radius));
         c->L = c->carried->length;
         if (ecp_i_moves_a(c) && ecp_i_moves_b(c)) c->L = ecp_i_min(c->ma->length, c->mb->length);
         load = c->carried->load / (ecp_real)c->carried->loads;
@@ -8107,7 +8153,7 @@ static void ecp_i_aside(const ecp_i_pair *c, int k, ecp_real a[3])
 }
 
 /* the last of the starts; fallbacks that a program does without need none but the warm one */
-#define ECP_I_STARTS ((ECPSIM_FALLBACKS) & ~ECP_FALLBACK_SUBSTEPS ? 10 : 0)
+#define ECP_I_STARTS ((ECPSIM_FALLBACKS) & ~(ECP_FALLBACK_SUBSTEPS | ECP_FALLBACK_CHORD) ? 10 : 0)
 
 /* Start k: the patches warm (0), geometric (1), from several points each (2), geometric for the pose
    that a part of the free motion leads to (3 to 6), or geometric with the ECPs to one side (7 to 10).
@@ -8402,6 +8448,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     size_t mark = step->arena.used;
     int i, solved, centred = 1;
     s.centring = s.many = s.uncentred = s.in_vain = 0;
+    s.chord = 0;
     s.tree.fronts = NULL;
     s.tree.planned = 0;
     s.motions = step->motions;
@@ -8435,6 +8482,11 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     p.trial = vectors[4];
     ecp_i_island_units(&s);
     solved = ecp_i_solve(&p, step->o, z, &effort);
+    if (!solved && ECP_I_FRICTION && ecp_i_may(step->o, ECP_FALLBACK_CHORD)) {
+        effort.fallbacks |= ECP_FALLBACK_CHORD;
+        s.chord = s.h;
+        solved = ecp_i_solve(&p, step->o, z, &effort);
+    }
     if (ECP_I_CENTRING && solved && step->o->rule == ECP_CENTRED) {
         if (s.many || s.uncentred)
             centred = ecp_i_centre(&s, &p, step, z, best, &effort);
@@ -8524,7 +8576,7 @@ static ecp_status ecp_i_verify(ecp_i_step *s)
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs + i;
         ecp_real gap = c->record->contact.separation;
-        ecp_real size = s->h * c->V / c->gap_weight + c->a->shape.radius;
+        ecp_real radius = c->a->shape.radius, size = ecp_i_min(s->h * c->V, 1000 * radius) + radius;
         ecp_real limit = -c->d_floor - 4 * s->o->tolerance * size;
         if (i == 0 || gap < s->r->worst_gap) s->r->worst_gap = gap;
         if (ecp_i_is_asleep(c->ma) || ecp_i_is_asleep(c->mb))

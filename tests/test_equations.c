@@ -176,6 +176,9 @@ static void equations_residual(ecp_i_island *s, const ecp_real *z, ecp_real rela
     ecp_i_island_residual(s, z, relax, F, &size);
 }
 
+/* slip is measured along the chord in every other scene */
+static int equations_chords;
+
 static void equations_build(equations_scene *k, ecp_real h)
 {
     ecp_i_step step;
@@ -194,6 +197,7 @@ static void equations_build(equations_scene *k, ecp_real h)
     k->s.bodies = k->bodies;
     k->s.pairs = k->members;
     k->s.h = h;
+    k->s.chord = equations_chords++ % 2 ? h : 0;
     k->s.world = k->world;
     for (i = 0; i < ecp_world_body_count(k->world); i++) {
         ecp_i_motion *m = k->motions + i;
@@ -643,6 +647,45 @@ static void equations_test_islands(void)
     }
 }
 
+/* Two bodies that move as one: along the chord of the step nothing slips between them, wherever the ECP is; at its
+   end they slip by about h w^2 r / 2. */
+static void equations_test_chord(void)
+{
+    const ecp_real h = ECP_R(0.1), w[3] = {ECP_R(1.1), ECP_R(-0.7), ECP_R(0.5)};
+    ecp_real T[9], J[9], apart[3], turned[3], dv[6];
+    int chord, k;
+    for (chord = 0; chord < 2; chord++) {
+        equations_scene e;
+        const ecp_i_motion *a, *b;
+        equations_one_pair(&e, 3, ECP_DYNAMIC, 5, ECP_DYNAMIC, 3, 1);
+        e.s.chord = chord ? h : 0;
+        e.s.h = h;
+        a = e.pairs[0].ma;
+        b = e.pairs[0].mb;
+        ecp_i_cayley(w, h, T, J);
+        ecp_i_sub(b->body->x, a->body->x, apart);
+        ecp_i_mul(T, apart, turned);
+        for (k = 0; k < 3; k++) {
+            dv[k] = (k == 0) - a->body->v[k];
+            dv[3 + k] = w[k] - a->body->v[3 + k];
+        }
+        for (k = 0; k < 6; k++) e.z[a->at + k] = dv[k] / a->speed * (k < 3 ? ECP_R(1) : a->length);
+        for (k = 0; k < 3; k++) {
+            dv[k] = (k == 0) + turned[k] / h - b->body->v[k];
+            dv[3 + k] = w[k] - b->body->v[3 + k];
+        }
+        for (k = 0; k < 6; k++) e.z[b->at + k] = dv[k] / b->speed * (k < 3 ? ECP_R(1) : b->length);
+        for (k = 0; k < 3; k++) e.z[e.pairs[0].at + k] = ECP_R(0.1 * k);
+        equations_residual(&e.s, e.z, 0, e.F);
+        CHECK((double)ecp_i_norm(e.pairs[0].spin) <= test_by(1e-14, 1e-5));
+        if (chord)
+            CHECK((double)ecp_i_norm(e.pairs[0].v) <= test_by(1e-14, 1e-5));
+        else
+            CHECK(ecp_i_norm(e.pairs[0].v) > ECP_R(0.01));
+        equations_free(&e);
+    }
+}
+
 /* rho of the friction rows: the load, but no more than that of the error and no less than its 2^-10; in a
    relaxed problem that of the error */
 static void equations_test_rho(void)
@@ -711,6 +754,7 @@ static void equations_test_measured(void)
 
 static void test_equations(void)
 {
+    equations_test_chord();
     equations_test_rho();
     equations_test_sticks();
     test_seed = 34;

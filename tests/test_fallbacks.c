@@ -11,6 +11,7 @@ static int fallbacks_of_the_step;
 #include "fallbacks/load.inc"
 #include "fallbacks/substeps.inc"
 #include "fallbacks/sticking.inc"
+#include "fallbacks/chord.inc"
 
 typedef ecp_status dumped(ecp_world **world, ecp_report *report);
 
@@ -57,6 +58,29 @@ static void test_fallbacks_sticking(void)
     free(w);
 }
 
+/* A body wedged between two planes that turns about the line through its contacts: with the slip at the end of
+   the step no start leads anywhere (docs/numerics.md, Slip along the chord); along the chord there is a solution,
+   in which it sticks to one plane and slides on the other. */
+static void test_fallbacks_chord(void)
+{
+    ecp_world *w = NULL;
+    ecp_report r;
+    ecp_contact c;
+    int i, modes[3] = {0, 0, 0};
+    CHECK(step_with(step_chord, ecp_options_default().fallbacks & ~ECP_FALLBACK_CHORD, &r) ==
+          ECP_NOT_SOLVED);
+    fallbacks_of_the_step = ECP_FALLBACK_CHORD;
+    CHECK(step_chord(&w, &r) == ECP_OK);
+    CHECK(r.natural_residual <= 1e-12 && r.substeps == 1);
+    for (i = 0; i < ecp_contact_count(w); i++) {
+        CHECK(ecp_contact_get(w, i, &c) == ECP_OK);
+        modes[c.mode]++;
+        CHECK(c.mode == ECP_APART || c.p_n > 0);
+    }
+    CHECK(modes[ECP_STICK] == 1 && modes[ECP_SLIP] == 1);
+    free(w);
+}
+
 static void test_fallbacks(void)
 {
     ecp_report r;
@@ -65,9 +89,11 @@ static void test_fallbacks(void)
     check_fallback(step_multistart, ECP_FALLBACK_MULTISTART);
     check_fallback(step_load, ECP_FALLBACK_LOAD);
     check_fallback(step_substeps, ECP_FALLBACK_SUBSTEPS);
+    check_fallback(step_chord, ECP_FALLBACK_CHORD);
     step_with(step_substeps, ECP_FALLBACK_SUBSTEPS, &r);
     CHECK(r.substeps > 1);
     test_fallbacks_sticking();
+    test_fallbacks_chord();
 }
 
 #else

@@ -262,7 +262,7 @@ static void step(machine *m, input *in)
     int i;
     o.max_iterations = 1 + (int)(how >> 3) % 16; /* 32 of these a byte are too slow */
     o.fallbacks = kind % 16;
-    if (kind % 64 == 63) o.fallbacks = 31;
+    if (kind % 64 == 63) o.fallbacks = 63;
     if (how > 250) h = number(in);
     if (kind & 128) o.rule = ECP_NEAREST;
     o.sleep = kind >> 6 & 1;

@@ -3886,7 +3886,7 @@ static ecp_real ecp_i_relax(const ecp_i_pair *c)
 /* Only one of the fallbacks measures slip along the chord. */
 static ecp_real ecp_i_chord(const ecp_i_pair *c)
 {
-    return ECP_I_FRICTION && (ECPSIM_FALLBACKS)&ECP_FALLBACK_CHORD ? c->chord : ECP_R(0);
+    return ECP_I_FRICTION && ((ECPSIM_FALLBACKS)&ECP_FALLBACK_CHORD) != 0 ? c->chord : ECP_R(0);
 }
 
 /* how many bodies a patch can move */

@@ -107,16 +107,16 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 45,744.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 46,068.
 
-       ECPSIM_NO_PAIRS     12,632  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     12,656  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   3,400  contacts are smooth, whatever the materials say
-       ECPSIM_NO_SLEEP      1,248  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   1,080  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     5,460  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
+       ECPSIM_NO_FRICTION   3,684  contacts are smooth, whatever the materials say
+       ECPSIM_NO_SLEEP      1,328  options.sleep = 1 is ECP_BAD_OPTION
+       ECPSIM_NO_CENTRING   1,116  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS     5,736  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
                                    nothing is said). Options that ask for others are ECP_BAD_OPTION.
-                                   1,896 if it is ECP_FALLBACK_GEOMETRIC; without
+                                   2,192 if it is ECP_FALLBACK_GEOMETRIC; without
                                    ECP_FALLBACK_SUBSTEPS 820 and the work memory for a second state
 
    MEMORY
@@ -647,10 +647,11 @@ ECP_DEF ecp_status ecp_body_remove(ecp_world *world, int body);
 
 /* Friction of a primitive's surface: the ellipsoid law (equation:friction) with the coefficient mu
    and the constants e_t, e_o (dimensionless) and e_r (a length: torsion e_r mu p_n). Between two
-   primitives mu and the e are the geometric means. Where e_t differs from e_o, e_t holds along
-   `direction`, a vector of the primitive's frame projected on the contact plane (without one: along
-   some axis of the world); the primitive that has a direction (not zero) gives it, the one of lower
-   index if both have. It is taken where the step begins. */
+   primitives mu and the e are the geometric means, so that e_r = 0, the default, of either leaves their
+   contact without friction against turning on the spot, face on face too. Where e_t differs from e_o,
+   e_t holds along `direction`, a vector of the primitive's frame projected on the contact plane
+   (without one: along some axis of the world); the primitive that has a direction (not zero) gives
+   it, the one of lower index if both have. It is taken where the step begins. */
 typedef struct ecp_material {
     ecp_real mu;
     ecp_real e_t, e_o, e_r;
@@ -769,7 +770,8 @@ typedef struct ecp_report {
     int evaluations;      /* residual evaluations, of an island each */
     int fallbacks;        /* ECP_FALLBACK_... that were used, or-ed */
     int substeps;         /* shorter steps that it took; 1 but for ECP_FALLBACK_SUBSTEPS */
-    int body, shape_a, shape_b; /* if status is not ECP_OK: where, or -1 */
+    int body, shape_a, shape_b; /* if status is not ECP_OK: where, or -1. An island that is not
+                                   solved gives its first */
     ecp_real value, limit; /* if status is not ECP_OK: the value met and the one it must meet */
     ecp_real merit; /* |F|^2 / 2, friction rows weighed by their load, summed over the islands */
     ecp_real natural_residual; /* max |F_i|, rounding floors included */

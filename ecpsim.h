@@ -725,8 +725,8 @@ enum {
                                       ecp_printed_residual are then those of the last of them */
     ECP_FALLBACK_CHORD = 32        /* before sub-steps, all of the above with the slip measured by
                                       what the step moves the points in contact, over h, and not
-                                      by velocities at its end (they differ by h w^2 r / 2): bodies
-                                      that hold each other and turn may have no other solution.
+                                      by velocities at its end (they differ by h w^2 r / 2): for
+                                      bodies that hold each other and turn, often the only way.
                                       ecp_printed_residual is not small then */
 };
 
@@ -4108,9 +4108,9 @@ static void ecp_i_pair_impulse(ecp_i_pair *c, const ecp_real *y)
     ecp_i_axpy(c->force, c->e[1] * c->P * p[2], c->o, c->force);
 }
 
-/* The velocity of A relative to B at a, and its spin: at the end of the step; or, along the chord, how far the
-   step moves the point of A that is there then from that of B, over h. R0 R^T = (1 + T)^T, so B's has come
-   from rb + T^T rb. */
+/* The velocity of A relative to B at a, and its spin: at the end of the step; or, along the chord, how
+   far the step moves the point of A that is there then from that of B, over h. R0 R^T = (1 + T)^T, so
+   B's has come from rb + T^T rb. */
 static void ecp_i_pair_motion(ecp_i_pair *c)
 {
     ecp_real carried[3];
@@ -5077,7 +5077,7 @@ static void ecp_i_permute(int n, const int *piv, ecp_real *row)
     for (k = 0; k < n; k++) row[k] = was[piv[k]];
 }
 
-/* row -= row[k] times equation k, for the unit equations of ecp_i_solve_rows, of which there are up to 6 */
+/* row -= row[k] times equation k, for the unit equations of ecp_i_solve_rows: at most 6 of them */
 static void ecp_i_insert(int rank, int all, const ecp_real *A, int ld, ecp_real *row)
 {
     ecp_real factor[6];
@@ -5329,15 +5329,15 @@ static int ecp_i_pass_size(const ecp_i_front *f, int left)
 /* Moves what is passed on to where the children's began, and frees the rest of the stack. */
 static void ecp_i_front_settle(ecp_i_arena *arena, ecp_i_front *f)
 {
-    int n = ecp_i_width(f), i = f->left_c * (n + 1) + f->left_b * n + n * (n + 1), piece, apart;
+    int n = ecp_i_width(f), rest = f->left_c * (n + 1) + f->left_b * n + n * (n + 1), piece, apart;
     ecp_real *to;
     ecp_i_release(arena, arena->used, f->level);
-    to = ecp_i_take_stack(arena, i, 1);
+    to = ecp_i_take_stack(arena, rest, 1);
     /* the two may overlap: from the end, in pieces that do not */
     apart = (int)(to - f->pass);
-    for (; i > 0 && apart > 0; i -= piece) {
-        piece = i < apart ? i : apart;
-        ECPSIM_MEMCPY(to + i - piece, f->pass + i - piece, (size_t)piece * sizeof(ecp_real));
+    for (; rest > 0 && apart > 0; rest -= piece) {
+        piece = rest < apart ? rest : apart;
+        ECPSIM_MEMCPY(to + rest - piece, f->pass + rest - piece, (size_t)piece * sizeof(ecp_real));
     }
     f->pass = to;
 }
@@ -6085,8 +6085,8 @@ static int ecp_i_ramp(const ecp_i_problem *p, ecp_real tolerance, int limit, ecp
    geometric starts solve as quickly. */
 #define ECP_I_MANY 1500
 
-/* Newton from a start; continuation, if it is the warm one of many unknowns; then Newton again from where it has
-   stalled, if that can be bettered. */
+/* Newton from a start; continuation, if it is the warm one of many unknowns; then Newton again from
+   where it has stalled, if that can be bettered. */
 static int ecp_i_attempt(const ecp_i_problem *p, int warm, const ecp_options *o, ecp_real *z,
                          ecp_i_effort *effort)
 {

@@ -2,6 +2,7 @@
 
    Families of scenes, each built from a seed, so that `stress full pair 17` repeats one case, with a
    line a step on stderr. STRESS_SEED=1 stress full: other cases of the same families, for any number.
+   STRESS_FALLBACKS=31 stress full corner: with these of the ECP_FALLBACK_... alone (here without the chord).
    After every step the report is counted, and penetration is measured by code that knows nothing of
    the solver (distance.h). A step that is not solved ends its case. `stress full cups` is known to leave
    many unsolved (docs/numerics.md, Limits) and is no part of the whole run. One row a family, and the sum:
@@ -700,7 +701,7 @@ static void corner(trial *t, double e_r)
 
 static void build_corner(trial *t) { corner(t, 0); }
 
-/* the same with friction against turns, of a hundredth to a fiftieth of the size */
+/* the same with friction against turns */
 static void build_grip(trial *t) { corner(t, 0.005); }
 
 /* a disc with six staves that lean outwards */
@@ -1071,8 +1072,11 @@ static void go_on(trial *t, ecp_report *r)
 {
     ecp_advance_options o = ecp_advance_options_default();
     ecp_advance_report a;
+    ecp_options step = ecp_options_default();
+    const char *fallbacks = getenv("STRESS_FALLBACKS");
+    if (fallbacks) step.fallbacks = atoi(fallbacks);
     if (scene_advance_order == 0) {
-        ecp_step(t->s.world, (ecp_real)t->h, NULL, r);
+        ecp_step(t->s.world, (ecp_real)t->h, &step, r);
         return;
     }
     o.tolerance = ecp_i_max((ecp_real)(in_double ? 1e-4 : 2e-3), advance_floor(t->s.world));

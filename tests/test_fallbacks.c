@@ -58,9 +58,9 @@ static void test_fallbacks_sticking(void)
     free(w);
 }
 
-/* A body wedged between two planes that turns about the line through its contacts: with the slip at the end of
-   the step no start leads anywhere (docs/numerics.md, Slip along the chord); along the chord there is a solution,
-   in which it sticks to one plane and slides on the other. */
+/* A body wedged between two planes: with the slip at the end of the step nothing leads to a solution
+   (docs/numerics.md, Slip along the chord); along the chord one is found, in which it sticks to one plane and
+   slides on the other. */
 static void test_fallbacks_chord(void)
 {
     ecp_world *w = NULL;

@@ -776,6 +776,9 @@ typedef struct ecp_report {
     ecp_real merit; /* |F|^2 / 2, friction rows weighed by their load, summed over the islands */
     ecp_real natural_residual; /* max |F_i|, rounding floors included */
     ecp_real worst_gap;        /* the least separation of a patch, m; below zero: penetration */
+    ecp_real work;         /* what the contacts of an island add to its energy, at most, in units of
+                              the sum of m vs^2 over its bodies; what pushes overlaps apart is not
+                              counted. 0 where ECP_FALLBACK_SUBSTEPS may not be used */
     ecp_real worst_cone;   /* max of |y| - mu p_n over the patches, N s; y as in docs/model.md */
     ecp_real largest_turn; /* max of h |w| over the bodies, rad. A step that turns a body by
                                     more than about 0.1 may have several solutions, of which the
@@ -4108,6 +4111,16 @@ static void ecp_i_pair_impulse(ecp_i_pair *c, const ecp_real *y)
     ecp_i_axpy(c->force, c->e[1] * c->P * p[2], c->o, c->force);
 }
 
+/* the velocity of A relative to B at a, at the end of the step */
+static void ecp_i_pair_velocity(const ecp_i_pair *c, ecp_real v[3])
+{
+    ecp_real carried[3];
+    ecp_i_sub(c->ma->v, c->mb->v, v);
+    ecp_i_add_cross(c->ma->v + 3, c->ra, v);
+    ecp_i_cross(c->rb, c->mb->v + 3, carried);
+    ecp_i_axpy(v, 1, carried, v);
+}
+
 /* The velocity of A relative to B at a, and its spin: at the end of the step; or, along the chord, how
    far the step moves the point of A that is there then from that of B, over h. R0 R^T = (1 + T)^T, so
    B's has come from rb + T^T rb. */
@@ -4123,10 +4136,7 @@ static void ecp_i_pair_motion(ecp_i_pair *c)
         ecp_i_scale(1 / ecp_i_chord(c), c->v, c->v);
         return;
     }
-    ecp_i_sub(c->ma->v, c->mb->v, c->v);
-    ecp_i_add_cross(c->ma->v + 3, c->ra, c->v);
-    ecp_i_cross(c->rb, c->mb->v + 3, carried);
-    ecp_i_axpy(c->v, 1, carried, c->v);
+    ecp_i_pair_velocity(c, c->v);
 }
 
 /* What the friction rows oppose: w = (e_t v_t, e_o v_o, e_r w_n) in units V; in a relaxed problem also a
@@ -8423,6 +8433,34 @@ static ecp_status ecp_i_no_room(ecp_i_step *step, const ecp_i_island *s, int lab
                       (ecp_real)(ecp_i_island_wants(s) + spare), (ecp_real)step->w->bytes);
 }
 
+/* the work of contacts, in the unit of ecp_i_contact_work, that is more than their gaps' curvature */
+#define ECP_I_MOST_WORK ECP_R(0.25)
+
+/* The work of the island's contacts over the step, p . v at the points of contact, in units of the sum
+   of m vs^2. Backward Euler steps lose |dv|^2_M / 2, and exactly as much as contacts do work they win:
+   none but what pushes overlaps out (of rounding and of what the normals may miss as well), as a gap
+   closes with v <= 0 and friction opposes slip. What is left is that of the gap's curvature, small for
+   small turns; or the solution is another one, far away (a body shot out from between two). */
+static ecp_real ecp_i_contact_work(const ecp_i_island *s, ecp_real tolerance)
+{
+    ecp_real work = 0, unit = 0, speed = ecp_i_mover(s, 0)->speed, v[3];
+    int i;
+    for (i = 0; i < ecp_i_body_count(s); i++) unit += ecp_i_mover(s, i)->mass * speed * speed;
+    for (i = 0; i < s->pair_count; i++) {
+        const ecp_i_pair *c = s->pairs[i];
+        ecp_i_pair_velocity(c, v);
+        work += ecp_i_dot(c->force, v);
+        if (ecp_i_nf(c) == 3) work += ecp_i_torsion(c) * ecp_i_dot(c->N, c->spin);
+    }
+    for (i = 0; work > ECP_I_MOST_WORK * unit && i < s->pair_count; i++) {
+        const ecp_i_pair *c = s->pairs[i];
+        /* (not by the last step's gap: a body may have been put elsewhere) */
+        ecp_real depth = ecp_i_depth(c, NULL) + c->d_floor + 4 * tolerance * c->L;
+        work -= c->P * c->p[0] * depth / s->h;
+    }
+    return work / unit;
+}
+
 /* the island of the bodies and patches listed under this label, and where their unknowns stand */
 static void ecp_i_gather_island(const ecp_i_step *step, int label, ecp_i_island *s)
 {
@@ -8518,6 +8556,14 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
         return ecp_i_fail(step->r, ECP_NOT_SOLVED, label, s.pairs[0]->shape_a, s.pairs[0]->shape_b,
                           effort.size.error, step->o->tolerance);
     }
+    if (ecp_i_may(step->o, ECP_FALLBACK_SUBSTEPS) && step->o->max_total_iterations == 0) {
+        ecp_real work = ecp_i_contact_work(&s, step->o->tolerance);
+        ecp_i_worst(&step->r->work, work);
+        if (work > ECP_I_MOST_WORK) {
+            return ecp_i_fail(step->r, ECP_NOT_SOLVED, label, s.pairs[0]->shape_a,
+                              s.pairs[0]->shape_b, work, ECP_I_MOST_WORK);
+        }
+    }
     /* what was not written need not be cleared */
     if (effort.evaluations == 1 && step->arena.used == s.begin) {
         step->arena.used = (size_t)((unsigned char *)best - step->arena.base);
@@ -8548,7 +8594,7 @@ static ecp_status ecp_i_solve_all(ecp_i_step *s)
         extras = s->extras;
         s->r->unknowns = s->r->islands = 0;
         s->r->centred = s->o->rule == ECP_CENTRED;
-        s->r->worst_cone = s->r->merit = s->r->natural_residual = 0;
+        s->r->worst_cone = s->r->merit = s->r->natural_residual = s->r->work = 0;
         for (i = 0; extras > 0 && i < s->w->bodies; i++) {
             if (s->motions[i].dynamic) ecp_i_move(s->motions + i, s->h, s->motions[i].free);
         }
@@ -8707,10 +8753,15 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
 /* after this many times max_iterations, counted for each unknown, no further sub-step is tried */
 #define ECP_I_EFFORT ECP_R(20000.0)
 
+/* A step that is given up because its contacts do work is tried in parts down to this one; then it is
+   taken as it comes (what is squeezed out of an overlap of rigid bodies has no other way). */
+#define ECP_I_SHORTEST_FOR_WORK (ECP_R(1.0) / 128)
+
 /* The step in shorter ones, which grow by 2 where they succeed and shrink by 4 where they fail, so
    that the instant that makes trouble is passed in a short one; only the shortest take the dearer
    fallbacks. Forces act in all of them, impulses in the first. The state before is kept at the end of
-   the block. */
+   the block. Where there is no way but by contacts that do work, all begins anew with the whole step,
+   and now they may. */
 static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_options *o,
                                       size_t spare, ecp_report *r)
 {
@@ -8719,16 +8770,16 @@ static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_op
     size_t bytes = world->state_bytes;
     const ecp_i_body *before = (const ecp_i_body *)(void *)(saved + world->bodies_at);
     ecp_real rest = 1, part = ECP_R(0.5);
-    ecp_options quick = *o;
+    ecp_options quick = *o, thorough = *o;
     ecp_status status = ECP_OK;
-    int i, iterations = r->iterations;
-    quick.fallbacks &= ECP_FALLBACK_GEOMETRIC | ECP_FALLBACK_CONTINUATION;
+    int i, iterations = r->iterations, works = r->work > ECP_I_MOST_WORK;
+    quick.fallbacks &= ECP_FALLBACK_GEOMETRIC | ECP_FALLBACK_CONTINUATION | ECP_FALLBACK_SUBSTEPS;
     ECPSIM_MEMCPY(saved, block, bytes);
     r->fallbacks |= ECP_FALLBACK_SUBSTEPS;
     r->substeps = 0;
     while (rest > 0) {
-        status =
-            ecp_i_step_once(world, h * part, part > ECP_I_SHORT ? &quick : o, bytes + spare, r);
+        o = part > ECP_I_SHORT && part < 1 ? &quick : &thorough;
+        status = ecp_i_step_once(world, h * part, o, bytes + spare, r);
         if (status == ECP_OK) {
             rest -= part;
             part = ecp_i_min(2 * part, rest);
@@ -8740,15 +8791,24 @@ static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_op
             if (rest > 0 && ecp_i_effort_after(o, r->iterations).most == 0) status = ECP_NOT_SOLVED;
             if (status == ECP_OK) continue;
         }
-        part /= 4;
-        if (status != ECP_NOT_SOLVED || part < ECP_I_SHORTEST || r->substeps == ECP_I_SUBSTEPS ||
-            ecp_i_effort_after(o, r->iterations).most == 0 ||
-            (ecp_real)(r->iterations - iterations) * (ecp_real)r->unknowns >
+        works |= r->work > ECP_I_MOST_WORK;
+        part = part < 1 ? part / 4 : ECP_R(0.5);
+        if (status == ECP_NOT_SOLVED &&
+            part >= (works ? ECP_I_SHORTEST_FOR_WORK : ECP_I_SHORTEST) &&
+            r->substeps < ECP_I_SUBSTEPS && ecp_i_effort_after(o, r->iterations).most > 0 &&
+            (ecp_real)(r->iterations - iterations) * (ecp_real)r->unknowns <=
                 ECP_I_EFFORT * (ecp_real)o->max_iterations) {
-            break;
+            continue;
         }
+        ECPSIM_MEMCPY(block, saved, bytes);
+        if (status != ECP_NOT_SOLVED || !works) break;
+        works = 0;
+        quick.fallbacks &= ~ECP_FALLBACK_SUBSTEPS;
+        thorough.fallbacks &= ~ECP_FALLBACK_SUBSTEPS;
+        iterations = r->iterations;
+        r->substeps = 0;
+        rest = part = 1;
     }
-    if (status != ECP_OK) ECPSIM_MEMCPY(block, saved, bytes);
     ECPSIM_MEMSET(saved, 0, bytes);
     return status;
 }

@@ -778,7 +778,7 @@ typedef struct ecp_report {
     ecp_real worst_gap;        /* the least separation of a patch, m; below zero: penetration */
     ecp_real work;         /* what the contacts of an island add to its energy, at most, in units of
                               the sum of m vs^2 over its bodies; what pushes overlaps apart is not
-                              counted. 0 where ECP_FALLBACK_SUBSTEPS may not be used */
+                              counted. (0 if sub-steps are left out by ECPSIM_FALLBACKS.) */
     ecp_real worst_cone;   /* max of |y| - mu p_n over the patches, N s; y as in docs/model.md */
     ecp_real largest_turn; /* max of h |w| over the bodies, rad. A step that turns a body by
                                     more than about 0.1 may have several solutions, of which the
@@ -8556,10 +8556,11 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
         return ecp_i_fail(step->r, ECP_NOT_SOLVED, label, s.pairs[0]->shape_a, s.pairs[0]->shape_b,
                           effort.size.error, step->o->tolerance);
     }
-    if (ecp_i_may(step->o, ECP_FALLBACK_SUBSTEPS) && step->o->max_total_iterations == 0) {
+    if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_SUBSTEPS) {
         ecp_real work = ecp_i_contact_work(&s, step->o->tolerance);
         ecp_i_worst(&step->r->work, work);
-        if (work > ECP_I_MOST_WORK) {
+        if (work > ECP_I_MOST_WORK && ecp_i_may(step->o, ECP_FALLBACK_SUBSTEPS) &&
+            step->o->max_total_iterations == 0) {
             return ecp_i_fail(step->r, ECP_NOT_SOLVED, label, s.pairs[0]->shape_a,
                               s.pairs[0]->shape_b, work, ECP_I_MOST_WORK);
         }

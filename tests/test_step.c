@@ -295,6 +295,55 @@ static void test_impulse(const ecp_world *world, double p[3])
     }
 }
 
+/* ---- what contacts do to the energy */
+
+/* report.work is v . p in units of m vs^2, v and p after the step, vs a power of two: of a cube (no
+   gyroscopic moment) that hits the ground, spins, and may be some mm in it to begin with. Its momentum
+   tells what its contact has done, M dv - h f. */
+static void test_step_work(void)
+{
+    const double h = 0.01, mass = 2, inertia = 2 * 2 * 0.1 * 0.1 / 3;
+    ecp_material m = test_material(0.5, 1, 1, 0.05);
+    int i, k, compared = 0;
+    for (i = 0; i < 200; i++) {
+        ecp_world *world = test_world(NULL);
+        double low, work, energy, exponent;
+        ecp_real q[4], x[3] = {0, 0, 0}, v[3], w[3];
+        test_state s;
+        ecp_report r;
+        int body;
+        test_ground(world, 0, 0, 1, &m);
+        body = test_box(world, mass, 0.1, 0.1, 0.1, 0, 0, 1, &m);
+        for (k = 0; k < 4; k++) q[k] = (ecp_real)test_random();
+        for (k = 0; k < 3; k++) {
+            v[k] = (ecp_real)(test_random() - 3 * (k == 2));
+            w[k] = (ecp_real)(10 * test_random());
+        }
+        CHECK(ecp_body_set_state(world, body, NULL, q, v, w) == ECP_OK);
+        s = test_get(world, body);
+        low = 0.1 * (fabs(s.R[6]) + fabs(s.R[7]) + fabs(s.R[8]));
+        x[2] = (ecp_real)(low + 0.002 * test_random());
+        CHECK(ecp_body_set_state(world, body, x, NULL, NULL, NULL) == ECP_OK);
+        CHECK(ecp_step(world, (ecp_real)h, NULL, &r) == ECP_OK && r.substeps == 1);
+        s = test_get(world, body);
+        work = mass * s.v[2] * 9.8 * h;
+        for (k = 0; k < 3; k++) {
+            work += mass * s.v[k] * (s.v[k] - (double)v[k]);
+            work += inertia * s.w[k] * (s.w[k] - (double)w[k]);
+        }
+        energy = mass * (double)ecp_i_dot(v, v) + inertia * (double)ecp_i_dot(w, w);
+        CHECK(r.work > 0 || work <= 1e-3 * energy);
+        CHECK(r.work <= 0 || work >= -1e-3 * energy);
+        if (r.work > 0 && work > 1e-3 * energy) {
+            exponent = log(work / (mass * (double)r.work)) / log(4.0);
+            CHECK_NEAR(exponent, floor(exponent + 0.5), test_by(1e-8, 1e-2));
+            compared++;
+        }
+        free(world);
+    }
+    CHECK(compared > 20);
+}
+
 /* ---- what the report says */
 
 static void test_step_report(void)
@@ -1468,6 +1517,7 @@ static void test_step(void)
     if (sizeof(ecp_real) == sizeof(double)) test_step_joined();
     test_step_guess_stays();
     test_step_report();
+    test_step_work();
     test_step_failure();
     test_step_overflows();
     test_step_bits();

@@ -4202,15 +4202,23 @@ static void ecp_i_multiplier_rows(int count, const ecp_real *l, const ecp_real *
 }
 
 /* rho of the friction rows at least, relative to the rho with which their error is measured */
+#ifdef ECPSIM_FLOAT
 #define ECP_I_LEAST_RHO ECP_R(0.0009765625)
+#else
+#define ECP_I_LEAST_RHO ECP_R(0.00000095367431640625)
+#endif
 
 /* rho of the friction rows of F. No solution of the true problem depends on rho, but Newton takes a contact
-   to stick where rho slip is within mu p_n, and where the load is light beside the momenta in play that is
-   so little slip that it does not find from slipping to sticking: rho is not more than the load. */
+   to stick where rho slip is within mu p_n. Where the load is light beside the momenta in play, or one of
+   the bodies is beside the load, that is so little slip that it does not find from slipping to sticking: rho
+   is not more than the load, nor than what changes the slip of the lighter body by as much. */
 static ecp_real ecp_i_rho(const ecp_i_pair *c)
 {
-    ecp_real load = ecp_i_max(ecp_i_norm(c->weight), ECP_I_LEAST_RHO * c->rho);
-    return ecp_i_relax(c) > 0 ? c->rho : ecp_i_min(c->rho, load);
+    ecp_real most = ecp_i_norm(c->weight), mass = c->carried->mass;
+    if (ecp_i_moves_a(c) && ecp_i_moves_b(c)) mass = ecp_i_min(c->ma->mass, c->mb->mass);
+    if (ECP_I_PAIRS) most = ecp_i_min(most, mass * c->V / c->P);
+    most = ecp_i_max(most, ECP_I_LEAST_RHO * c->rho);
+    return ecp_i_relax(c) > 0 ? c->rho : ecp_i_min(c->rho, most);
 }
 
 /* z = y - rho slip, projected on the ball of the radius mu p_n: to z radius / outer with

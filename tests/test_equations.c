@@ -686,20 +686,36 @@ static void equations_test_chord(void)
     }
 }
 
-/* rho of the friction rows: the load, but no more than that of the error and no less than its 2^-10; in a
-   relaxed problem that of the error */
+/* rho of the friction rows: the load or the lighter body's mass, but no more than that of the error and no less
+   than its 2^-20 (float: 2^-10); in a relaxed problem that of the error */
 static void equations_test_rho(void)
 {
-    static const double load[4] = {2, 0.1, 1e-4, 0},
-                        expected[4] = {0.5, 0.1, 0.5 / 1024, 0.5 / 1024};
+    /* weight of the load, and masses of the two (0: does not move), in P / V */
+    static const double cases[9][3] = {{2, 3, 4},     {0.1, 3, 4},    {1e-9, 3, 4},
+                                       {0, 3, 4},     {2, 0.2, 4},    {2, 5, 0.01},
+                                       {0.1, 0.2, 4}, {2, 1e-9, 100}, {2, 0.125, 0}};
+    static const double expected[9] = {0.5, 0.1, 0, 0, 0.2, 0.01, 0.1, 0, 0.125};
+    ecp_i_motion a, b;
     ecp_i_pair c;
     int k;
+    memset(&a, 0, sizeof a);
+    memset(&b, 0, sizeof b);
     memset(&c, 0, sizeof c);
+    c.ma = c.carried = &a;
+    c.mb = &b;
     c.rho = ECP_R(0.5);
-    for (k = 0; k < 4; k++) {
-        ecp_i_set3(0, -ECP_R(load[k]), 0, c.weight);
+    c.P = 6;
+    c.V = 3;
+    a.dynamic = 1;
+    for (k = 0; k < 9; k++) {
+        double floor = test_by(0.5 / 1024 / 1024, 0.5 / 1024);
+        ecp_i_set3(0, -ECP_R(cases[k][0]), 0, c.weight);
+        a.mass = ECP_R(2 * cases[k][1]);
+        b.mass = ECP_R(2 * cases[k][2]);
+        b.dynamic = cases[k][2] > 0;
         c.relax = 0;
-        CHECK_NEAR(ecp_i_rho(&c), expected[k], test_by(1e-15, 1e-7) * expected[k]);
+        CHECK_NEAR(ecp_i_rho(&c), fmax(expected[k], floor),
+                   test_by(1e-15, 1e-7) * fmax(expected[k], floor));
         c.relax = ECP_R(1e-3);
         CHECK_NEAR(ecp_i_rho(&c), 0.5, 0);
     }

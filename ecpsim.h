@@ -4203,9 +4203,9 @@ static void ecp_i_multiplier_rows(int count, const ecp_real *l, const ecp_real *
 
 /* rho of the friction rows at least, relative to the rho with which their error is measured */
 #ifdef ECPSIM_FLOAT
-#define ECP_I_LEAST_RHO ECP_R(0.0009765625)
+#define ECP_I_LEAST_RHO (ECP_R(1.0) / 1024)
 #else
-#define ECP_I_LEAST_RHO ECP_R(0.00000095367431640625)
+#define ECP_I_LEAST_RHO (ECP_R(1.0) / 1048576)
 #endif
 
 /* rho of the friction rows of F. No solution of the true problem depends on rho, but Newton takes a contact
@@ -8441,14 +8441,15 @@ static ecp_status ecp_i_no_room(ecp_i_step *step, const ecp_i_island *s, int lab
                       (ecp_real)(ecp_i_island_wants(s) + spare), (ecp_real)step->w->bytes);
 }
 
-/* the work of contacts, in the unit of ecp_i_contact_work, that is more than their gaps' curvature */
+/* the most work of contacts that may pass for the curvature of their gaps */
 #define ECP_I_MOST_WORK ECP_R(0.25)
 
-/* The work of the island's contacts over the step, p . v at the points of contact, in units of the sum
-   of m vs^2. Backward Euler steps lose |dv|^2_M / 2, and exactly as much as contacts do work they win:
-   none but what pushes overlaps out (of rounding and of what the normals may miss as well), as a gap
-   closes with v <= 0 and friction opposes slip. What is left is that of the gap's curvature, small for
-   small turns; or the solution is another one, far away (a body shot out from between two). */
+/* The work of the island's contacts: the sum of p . v, v at the end of the step, in units of the sum of
+   m vs^2. The kinetic energy is that of the free motion, plus this, less |dv|^2_M / 2, dv what the
+   contacts change. Gaps close with p_n v_n <= 0 and friction opposes slip, so it is not positive, but for
+   what pushes overlaps apart (which is taken off, and what rounding and normals may miss with it) and for
+   the curvature of gaps, which is little while turns are small. If it is large the solution is another one,
+   far away: a body shot out from between two. */
 static ecp_real ecp_i_contact_work(const ecp_i_island *s, ecp_real tolerance)
 {
     ecp_real work = 0, unit = 0, speed = ecp_i_mover(s, 0)->speed, v[3];
@@ -8466,7 +8467,8 @@ static ecp_real ecp_i_contact_work(const ecp_i_island *s, ecp_real tolerance)
         ecp_real depth = ecp_i_depth(c, NULL) + c->d_floor + 4 * tolerance * c->L;
         work -= c->P * c->p[0] * depth / s->h;
     }
-    return work / unit;
+    work /= unit;
+    return ecp_i_finite(work) ? work : 0;
 }
 
 /* the island of the bodies and patches listed under this label, and where their unknowns stand */
@@ -8754,23 +8756,20 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
     return status;
 }
 
-/* sub-steps of one step, and how short they may be: h / 2^20 */
+/* sub-steps of one step, and how short they may be: h / 2^20, or h / 2^7 where contacts do work */
 #define ECP_I_SUBSTEPS 256
 #define ECP_I_SHORTEST (ECP_R(1.0) / 1048576)
+#define ECP_I_SHORTEST_FOR_WORK (ECP_R(1.0) / 128)
 #define ECP_I_SHORT (ECP_R(1.0) / 1024)
 
 /* after this many times max_iterations, counted for each unknown, no further sub-step is tried */
 #define ECP_I_EFFORT ECP_R(20000.0)
 
-/* A step that is given up because its contacts do work is tried in parts down to this one; then it is
-   taken as it comes (what is squeezed out of an overlap of rigid bodies has no other way). */
-#define ECP_I_SHORTEST_FOR_WORK (ECP_R(1.0) / 128)
-
 /* The step in shorter ones, which grow by 2 where they succeed and shrink by 4 where they fail, so
    that the instant that makes trouble is passed in a short one; only the shortest take the dearer
    fallbacks. Forces act in all of them, impulses in the first. The state before is kept at the end of
-   the block. Where there is no way but by contacts that do work, all begins anew with the whole step,
-   and now they may. */
+   the block. Contacts may do no work in any of them; where there is no other way all begins anew with the
+   whole step, and they may. */
 static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_options *o,
                                       size_t spare, ecp_report *r)
 {

@@ -4201,11 +4201,14 @@ static void ecp_i_multiplier_rows(int count, const ecp_real *l, const ecp_real *
     }
 }
 
-/* rho of the friction rows at least, relative to the rho with which their error is measured */
+/* rho of the friction rows at least, relative to the rho with which their error is measured, and whether
+   it goes by the lighter body: in single precision it can not go low enough for that to help */
 #ifdef ECPSIM_FLOAT
 #define ECP_I_LEAST_RHO (ECP_R(1.0) / 1024)
+#define ECP_I_RHO_OF_MASS 0
 #else
 #define ECP_I_LEAST_RHO (ECP_R(1.0) / 1048576)
+#define ECP_I_RHO_OF_MASS ECP_I_PAIRS
 #endif
 
 /* rho of the friction rows of F. No solution of the true problem depends on rho, but Newton takes a contact
@@ -4216,7 +4219,7 @@ static ecp_real ecp_i_rho(const ecp_i_pair *c)
 {
     ecp_real most = ecp_i_norm(c->weight), mass = c->carried->mass;
     if (ecp_i_moves_a(c) && ecp_i_moves_b(c)) mass = ecp_i_min(c->ma->mass, c->mb->mass);
-    if (ECP_I_PAIRS) most = ecp_i_min(most, mass * c->V / c->P);
+    if (ECP_I_RHO_OF_MASS) most = ecp_i_min(most, mass * c->V / c->P);
     most = ecp_i_max(most, ECP_I_LEAST_RHO * c->rho);
     return ecp_i_relax(c) > 0 ? c->rho : ecp_i_min(c->rho, most);
 }

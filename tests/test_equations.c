@@ -686,8 +686,8 @@ static void equations_test_chord(void)
     }
 }
 
-/* rho of the friction rows: the load or the lighter body's mass, but no more than that of the error and no less
-   than its 2^-20 (float: 2^-10); in a relaxed problem that of the error */
+/* rho of the friction rows: the load or the lighter body's mass (float: the load), but no more than that of the
+   error and no less than its 2^-20 (float: 2^-10); in a relaxed problem that of the error */
 static void equations_test_rho(void)
 {
     /* weight of the load, and masses of the two (0: does not move), in P / V */
@@ -695,6 +695,8 @@ static void equations_test_rho(void)
                                        {0, 3, 4},     {2, 0.2, 4},    {2, 5, 0.01},
                                        {0.1, 0.2, 4}, {2, 1e-9, 100}, {2, 0.125, 0}};
     static const double expected[9] = {0.5, 0.1, 0, 0, 0.2, 0.01, 0.1, 0, 0.125};
+    static const double in_float[9] = {0.5, 0.1, 0,   0,  0.5,
+                                       0.5, 0.1, 0.5, 0.5}; /* by the load alone */
     ecp_i_motion a, b;
     ecp_i_pair c;
     int k;
@@ -708,14 +710,14 @@ static void equations_test_rho(void)
     c.V = 3;
     a.dynamic = 1;
     for (k = 0; k < 9; k++) {
-        double floor = test_by(0.5 / 1024 / 1024, 0.5 / 1024);
+        double rho =
+            fmax(test_by(expected[k], in_float[k]), test_by(0.5 / 1024 / 1024, 0.5 / 1024));
         ecp_i_set3(0, -ECP_R(cases[k][0]), 0, c.weight);
         a.mass = ECP_R(2 * cases[k][1]);
         b.mass = ECP_R(2 * cases[k][2]);
         b.dynamic = cases[k][2] > 0;
         c.relax = 0;
-        CHECK_NEAR(ecp_i_rho(&c), fmax(expected[k], floor),
-                   test_by(1e-15, 1e-7) * fmax(expected[k], floor));
+        CHECK_NEAR(ecp_i_rho(&c), rho, test_by(1e-15, 1e-7) * rho);
         c.relax = ECP_R(1e-3);
         CHECK_NEAR(ecp_i_rho(&c), 0.5, 0);
     }

@@ -107,17 +107,17 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 46,068.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 46,620.
 
-       ECPSIM_NO_PAIRS     12,656  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     12,604  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   3,684  contacts are smooth, whatever the materials say
-       ECPSIM_NO_SLEEP      1,328  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   1,116  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     5,736  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
+       ECPSIM_NO_FRICTION   3,704  contacts are smooth, whatever the materials say
+       ECPSIM_NO_SLEEP      1,340  options.sleep = 1 is ECP_BAD_OPTION
+       ECPSIM_NO_CENTRING   1,128  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS     6,288  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
                                    nothing is said). Options that ask for others are ECP_BAD_OPTION.
-                                   2,192 if it is ECP_FALLBACK_GEOMETRIC; without
-                                   ECP_FALLBACK_SUBSTEPS 820 and the work memory for a second state
+                                   2,744 if it is ECP_FALLBACK_GEOMETRIC; without
+                                   ECP_FALLBACK_SUBSTEPS 1,368 and the work memory for a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
@@ -722,7 +722,9 @@ enum {
     ECP_FALLBACK_LOAD = 8,         /* the loads and velocities of the step grow from nothing */
     ECP_FALLBACK_SUBSTEPS = 16,    /* shorter steps, each solved like a step, up to 256 of them;
                                       ecp_report.substeps says how many. Contacts and
-                                      ecp_printed_residual are then those of the last of them */
+                                      ecp_printed_residual are then those of the last of them.
+                                      Also for a solution whose contacts win energy, which is one
+                                      far away (ecp_report.work), if there is another way */
     ECP_FALLBACK_CHORD = 32        /* before sub-steps, all of the above with the slip measured by
                                       what the step moves the points in contact, over h, and not
                                       by velocities at its end (they differ by h w^2 r / 2): for
@@ -776,9 +778,11 @@ typedef struct ecp_report {
     ecp_real merit; /* |F|^2 / 2, friction rows weighed by their load, summed over the islands */
     ecp_real natural_residual; /* max |F_i|, rounding floors included */
     ecp_real worst_gap;        /* the least separation of a patch, m; below zero: penetration */
-    ecp_real work;         /* what the contacts of an island add to its energy, at most, in units of
-                              the sum of m vs^2 over its bodies; what pushes overlaps apart is not
-                              counted. (0 if sub-steps are left out by ECPSIM_FALLBACKS.) */
+    ecp_real work;         /* the most that the contacts of an island add to its energy, in units of
+                              the sum of m vs^2 over its bodies, without what pushes overlaps apart.
+                              More than 0.25 is given up for sub-steps, where they may be used and
+                              max_total_iterations is 0, and taken if they do no better. (0 if
+                              ECPSIM_FALLBACKS is without them) */
     ecp_real worst_cone;   /* max of |y| - mu p_n over the patches, N s; y as in docs/model.md */
     ecp_real largest_turn; /* max of h |w| over the bodies, rad. A step that turns a body by
                                     more than about 0.1 may have several solutions, of which the

@@ -12,6 +12,7 @@ static int fallbacks_of_the_step;
 #include "fallbacks/substeps.inc"
 #include "fallbacks/sticking.inc"
 #include "fallbacks/chord.inc"
+#include "fallbacks/light.inc"
 #include "fallbacks/work.inc"
 #include "fallbacks/anyhow.inc"
 
@@ -83,6 +84,15 @@ static void test_fallbacks_chord(void)
     free(w);
 }
 
+/* A ball of 1 g under a box of 100 kg: rho goes by what the ball can take (ecp_i_rho). By the load alone its spin goes
+   to and fro between slipping one way and slipping the other, from every start. */
+static void test_fallbacks_light(void)
+{
+    ecp_report r;
+    CHECK(step_with(step_light, ECP_FALLBACK_GEOMETRIC, &r) == ECP_OK);
+    CHECK(r.iterations < 1000 && r.natural_residual <= 1e-12);
+}
+
 /* What slides at 13 m/s stops within the step of 0.1 s, and spins at 85 rad/s then: a solution far away, whole and
    exact, which Newton takes if sub-steps may not be used. In two steps it comes to rest. */
 static void test_fallbacks_work(void)
@@ -133,6 +143,7 @@ static void test_fallbacks(void)
     CHECK(r.substeps > 1);
     test_fallbacks_sticking();
     test_fallbacks_chord();
+    test_fallbacks_light();
     test_fallbacks_work();
     test_fallbacks_anyhow();
 }

@@ -107,17 +107,17 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 46,620.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 46,604.
 
        ECPSIM_NO_PAIRS     12,604  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   3,704  contacts are smooth, whatever the materials say
-       ECPSIM_NO_SLEEP      1,340  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   1,128  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     6,288  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
+       ECPSIM_NO_FRICTION   3,712  contacts are smooth, whatever the materials say
+       ECPSIM_NO_SLEEP      1,324  options.sleep = 1 is ECP_BAD_OPTION
+       ECPSIM_NO_CENTRING   1,124  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS     6,272  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
                                    nothing is said). Options that ask for others are ECP_BAD_OPTION.
-                                   2,744 if it is ECP_FALLBACK_GEOMETRIC; without
-                                   ECP_FALLBACK_SUBSTEPS 1,368 and the work memory for a second state
+                                   2,728 if it is ECP_FALLBACK_GEOMETRIC; without
+                                   ECP_FALLBACK_SUBSTEPS 1,352 and the work memory for a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
@@ -4218,7 +4218,7 @@ static void ecp_i_multiplier_rows(int count, const ecp_real *l, const ecp_real *
 /* rho of the friction rows of F. No solution of the true problem depends on rho, but Newton takes a contact
    to stick where rho slip is within mu p_n. Where the load is light beside the momenta in play, or one of
    the bodies is beside the load, that is so little slip that it does not find from slipping to sticking: rho
-   is not more than the load, nor than what changes the slip of the lighter body by as much. */
+   is not more than the load, nor than the lighter body's mass in the same units. */
 static ecp_real ecp_i_rho(const ecp_i_pair *c)
 {
     ecp_real most = ecp_i_norm(c->weight), mass = c->carried->mass;
@@ -8478,6 +8478,14 @@ static ecp_real ecp_i_contact_work(const ecp_i_island *s, ecp_real tolerance)
     return ecp_i_finite(work) ? work : 0;
 }
 
+/* Has a step failed for it? Only where it may be given up for sub-steps; a bound on the iterations is not
+   spent on what is solved. */
+static int ecp_i_works(const ecp_options *o, const ecp_report *r)
+{
+    return ecp_i_may(o, ECP_FALLBACK_SUBSTEPS) && o->max_total_iterations == 0 &&
+           r->work > ECP_I_MOST_WORK;
+}
+
 /* the island of the bodies and patches listed under this label, and where their unknowns stand */
 static void ecp_i_gather_island(const ecp_i_step *step, int label, ecp_i_island *s)
 {
@@ -8576,8 +8584,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_SUBSTEPS) {
         ecp_real work = ecp_i_contact_work(&s, step->o->tolerance);
         ecp_i_worst(&step->r->work, work);
-        if (work > ECP_I_MOST_WORK && ecp_i_may(step->o, ECP_FALLBACK_SUBSTEPS) &&
-            step->o->max_total_iterations == 0) {
+        if (ecp_i_works(step->o, step->r)) {
             return ecp_i_fail(step->r, ECP_NOT_SOLVED, label, s.pairs[0]->shape_a,
                               s.pairs[0]->shape_b, work, ECP_I_MOST_WORK);
         }
@@ -8772,29 +8779,21 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
 /* after this many times max_iterations, counted for each unknown, no further sub-step is tried */
 #define ECP_I_EFFORT ECP_R(20000.0)
 
-/* The step in shorter ones, which grow by 2 where they succeed and shrink by 4 where they fail, so
-   that the instant that makes trouble is passed in a short one; only the shortest take the dearer
-   fallbacks. Forces act in all of them, impulses in the first. The state before is kept at the end of
-   the block. Contacts may do no work in any of them; where there is no other way all begins anew with the
-   whole step, and they may. */
-static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_options *o,
-                                      size_t spare, ecp_report *r)
+/* The step in parts, which grow by 2 where they succeed and shrink by 4 where they fail, so that the
+   instant that makes trouble is passed in a short one; only the shortest take the dearer fallbacks.
+   Forces act in all of them, impulses in the first. before: the bodies as the step found them. *works:
+   whether anything has failed for the work of its contacts. */
+static ecp_status ecp_i_take_parts(ecp_world *world, ecp_real h, const ecp_options *o, size_t spare,
+                                   const ecp_i_body *before, int *works, ecp_report *r)
 {
-    unsigned char *block = (unsigned char *)world,
-                  *saved = block + world->bytes - spare - world->state_bytes;
-    size_t bytes = world->state_bytes;
-    const ecp_i_body *before = (const ecp_i_body *)(void *)(saved + world->bodies_at);
     ecp_real rest = 1, part = ECP_R(0.5);
-    ecp_options quick = *o, thorough = *o;
-    ecp_status status = ECP_OK;
-    int i, iterations = r->iterations, works = r->work > ECP_I_MOST_WORK;
+    ecp_options quick = *o;
+    ecp_status status;
+    int i, iterations = r->iterations;
     quick.fallbacks &= ECP_FALLBACK_GEOMETRIC | ECP_FALLBACK_CONTINUATION | ECP_FALLBACK_SUBSTEPS;
-    ECPSIM_MEMCPY(saved, block, bytes);
-    r->fallbacks |= ECP_FALLBACK_SUBSTEPS;
     r->substeps = 0;
     while (rest > 0) {
-        o = part > ECP_I_SHORT && part < 1 ? &quick : &thorough;
-        status = ecp_i_step_once(world, h * part, o, bytes + spare, r);
+        status = ecp_i_step_once(world, h * part, part > ECP_I_SHORT ? &quick : o, spare, r);
         if (status == ECP_OK) {
             rest -= part;
             part = ecp_i_min(2 * part, rest);
@@ -8806,24 +8805,45 @@ static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_op
             if (rest > 0 && ecp_i_effort_after(o, r->iterations).most == 0) status = ECP_NOT_SOLVED;
             if (status == ECP_OK) continue;
         }
-        works |= r->work > ECP_I_MOST_WORK;
-        part = part < 1 ? part / 4 : ECP_R(0.5);
-        if (status == ECP_NOT_SOLVED &&
-            part >= (works ? ECP_I_SHORTEST_FOR_WORK : ECP_I_SHORTEST) &&
-            r->substeps < ECP_I_SUBSTEPS && ecp_i_effort_after(o, r->iterations).most > 0 &&
-            (ecp_real)(r->iterations - iterations) * (ecp_real)r->unknowns <=
+        *works |= ecp_i_works(o, r);
+        part /= 4;
+        if (status != ECP_NOT_SOLVED ||
+            part < (*works ? ECP_I_SHORTEST_FOR_WORK : ECP_I_SHORTEST) ||
+            r->substeps == ECP_I_SUBSTEPS || ecp_i_effort_after(o, r->iterations).most == 0 ||
+            (ecp_real)(r->iterations - iterations) * (ecp_real)r->unknowns >
                 ECP_I_EFFORT * (ecp_real)o->max_iterations) {
-            continue;
+            return status;
         }
-        ECPSIM_MEMCPY(block, saved, bytes);
-        if (status != ECP_NOT_SOLVED || !works) break;
-        works = 0;
-        quick.fallbacks &= ~ECP_FALLBACK_SUBSTEPS;
-        thorough.fallbacks &= ~ECP_FALLBACK_SUBSTEPS;
-        iterations = r->iterations;
-        r->substeps = 0;
-        rest = part = 1;
     }
+    return ECP_OK;
+}
+
+/* A step that has failed, in parts. If there is no way but by contacts that do work they may: in the whole
+   step, or else in parts again. The state before is kept at the end of the block. */
+static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_options *o,
+                                      size_t spare, ecp_report *r)
+{
+    unsigned char *block = (unsigned char *)world,
+                  *saved = block + world->bytes - spare - world->state_bytes;
+    size_t bytes = world->state_bytes;
+    const ecp_i_body *before = (const ecp_i_body *)(void *)(saved + world->bodies_at);
+    ecp_options lenient = *o;
+    ecp_status status;
+    int works = ecp_i_works(o, r);
+    lenient.fallbacks &= ~ECP_FALLBACK_SUBSTEPS;
+    ECPSIM_MEMCPY(saved, block, bytes);
+    r->fallbacks |= ECP_FALLBACK_SUBSTEPS;
+    status = ecp_i_take_parts(world, h, o, bytes + spare, before, &works, r);
+    if (status == ECP_NOT_SOLVED && works) {
+        ECPSIM_MEMCPY(block, saved, bytes);
+        works = 0;
+        r->substeps = 1;
+        status = ecp_i_step_once(world, h, &lenient, bytes + spare, r);
+        if (status == ECP_NOT_SOLVED) {
+            status = ecp_i_take_parts(world, h, &lenient, bytes + spare, before, &works, r);
+        }
+    }
+    if (status != ECP_OK) ECPSIM_MEMCPY(block, saved, bytes);
     ECPSIM_MEMSET(saved, 0, bytes);
     return status;
 }

@@ -84,8 +84,8 @@ static void test_fallbacks_chord(void)
     free(w);
 }
 
-/* A ball of 1 g under a box of 100 kg: rho goes by what the ball can take (ecp_i_rho). By the load alone its spin goes
-   to and fro between slipping one way and slipping the other, from every start. */
+/* A ball of 1 g between boxes of 100 kg: rho goes by what the ball can take (ecp_i_rho). By the load alone its spin goes
+   to and fro between slipping one way and slipping the other, and no fallback helps. */
 static void test_fallbacks_light(void)
 {
     ecp_report r;
@@ -112,7 +112,7 @@ static void test_fallbacks_work(void)
     free(w);
 }
 
-/* A speck that falls by a hundred times its size in the step: its contact wins energy in all the sub-steps that are
+/* A speck of 5e-6 m that would fall by 0.1 m in the step: its contact wins energy in all the sub-steps that are
    tried as well. Then it is let, in the whole step, with the bits that it has without sub-steps. */
 static void test_fallbacks_anyhow(void)
 {

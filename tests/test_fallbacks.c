@@ -1,9 +1,9 @@
 /* Each fallback on a step that plain Newton does not solve and it does. The steps are dumps of ecp_dump,
-   from `make stress`, in which options.fallbacks was made a variable. */
+   from `make stress`, in which options.fallbacks was made a variable (of one, the bound on iterations too). */
 
 #ifndef ECPSIM_FLOAT
 
-static int fallbacks_of_the_step;
+static int fallbacks_of_the_step, iterations_of_the_step;
 
 #include "fallbacks/geometric.inc"
 #include "fallbacks/continuation.inc"
@@ -94,7 +94,7 @@ static void test_fallbacks_light(void)
 }
 
 /* What slides at 13 m/s stops within the step of 0.1 s, and spins at 85 rad/s then: a solution far away, whole and
-   exact, which Newton takes if sub-steps may not be used. In two steps it comes to rest. */
+   exact, which Newton takes if sub-steps may not be used, or iterations are counted. In two steps it comes to rest. */
 static void test_fallbacks_work(void)
 {
     ecp_world *w = NULL;
@@ -109,6 +109,10 @@ static void test_fallbacks_work(void)
     CHECK(step_work(&w, &r) == ECP_OK && r.fallbacks == ECP_FALLBACK_SUBSTEPS);
     CHECK(ecp_body_get_state(w, 1, NULL, NULL, NULL, spin) == ECP_OK);
     CHECK(r.substeps == 2 && r.work < 1e-3 && ecp_i_norm(spin) < 1e-9);
+    free(w);
+    iterations_of_the_step = 1000;
+    CHECK(step_work(&w, &r) == ECP_OK && r.fallbacks == 0 && r.substeps == 1 && r.work > 5);
+    iterations_of_the_step = 0;
     free(w);
 }
 

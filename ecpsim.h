@@ -5852,6 +5852,13 @@ static ecp_real ecp_i_content(ecp_real tolerance)
     return ecp_i_max(tolerance / 100, 4 * ECP_I_EPSILON);
 }
 
+/* From this many unknowns on (piles of 50 bodies) what follows Newton from the warm start comes in another
+   order, searches that go round in a circle are stopped, and centring is given up earlier. Large piles take
+   many iterations, most of them in vain; small islands other starts solve as quickly. */
+#define ECP_I_MANY 1500
+
+static int ecp_i_many(int n) { return ECP_I_PAIRS && n >= ECP_I_MANY; }
+
 /* how many of the last merits a new one may compare itself with */
 #define ECP_I_MEMORY 4
 
@@ -5859,6 +5866,10 @@ static ecp_real ecp_i_content(ecp_real tolerance)
    of one that can not be damped more */
 #define ECP_I_SHORT_STEP ECP_R(0.02)
 #define ECP_I_SHORTEST_STEP ECP_R(1e-5)
+
+/* A search whose merit has not come a tenth below its lowest for so many iterations goes round in a
+   circle: bad steps that worse ones before them allow follow good ones. */
+#define ECP_I_STALE 8
 
 /* Merits up to this one are let pass at first, a quarter of it after each iteration: near the kinks of
    a semismooth system a step that brings the right set of active constraints may raise the merit. */
@@ -5891,6 +5902,12 @@ static ecp_real ecp_i_content(ecp_real tolerance)
 typedef struct ecp_i_search {
     ecp_real merits[ECP_I_MEMORY], slack, merit, fine, compliance, stride, miss;
 } ecp_i_search;
+
+/* the lowest merit of a search, and for how many iterations none was lower */
+typedef struct ecp_i_lowest {
+    ecp_real merit;
+    int age;
+} ecp_i_lowest;
 
 /* the residual at z + t dz, which p->trial becomes */
 static void ecp_i_try(const ecp_i_problem *p, const ecp_real *z, ecp_real t, ecp_real relax,
@@ -5954,6 +5971,18 @@ static void ecp_i_take_stride(const ecp_i_problem *p, const ecp_real *z, ecp_rea
     ECPSIM_MEMCPY(p->drift, p->dz, (size_t)p->n * sizeof(ecp_real));
 }
 
+/* lets the next step compare itself with this one alone if the search goes round in a circle */
+static void ecp_i_leave_circle(ecp_i_search *s, ecp_i_lowest *lowest)
+{
+    int i;
+    lowest->age++;
+    if (s->merit < ECP_R(0.9) * lowest->merit) {
+        lowest->merit = s->merit;
+        lowest->age = 0;
+    }
+    for (i = 0; lowest->age >= ECP_I_STALE && i < ECP_I_MEMORY; i++) s->merits[i] = s->merit;
+}
+
 /* are all rows at rounding, so that another iteration would only stir it? Momentum may be off by what its
    sum rounds, which in a tall stack is more than there is to be gained. */
 static int ecp_i_at_rounding(const ecp_i_size *size, ecp_real tolerance)
@@ -5971,6 +6000,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
                         ecp_real relax, ecp_real *z, ecp_i_effort *effort)
 {
     ecp_i_search s;
+    ecp_i_lowest lowest;
     const ecp_i_size *now = &effort->size;
     ecp_real before, above, t;
     int k, most = limit;
@@ -5979,6 +6009,8 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     if (ecp_i_at_rounding(now, tolerance)) return 1;
     if (warm && now->error <= (warm > 1 ? tolerance : ecp_i_content(tolerance))) return 1;
     for (k = 0; k < ECP_I_MEMORY; k++) s.merits[k] = ecp_i_merit(p->n, p->F);
+    lowest.merit = s.merits[0];
+    lowest.age = 0;
     s.slack = ECP_I_SLACK;
     s.fine = 1;
     s.compliance = s.stride = s.miss = 0;
@@ -6026,6 +6058,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             s.fine = ecp_i_max(ecp_i_min(s.fine / 10, 100 * now->error), now->error / 10);
         }
         s.merits[k % ECP_I_MEMORY] = s.merit;
+        if (ecp_i_many(p->n)) ecp_i_leave_circle(&s, &lowest);
     }
     return now->error <= tolerance;
 }
@@ -6105,19 +6138,19 @@ static int ecp_i_ramp(const ecp_i_problem *p, ecp_real tolerance, int limit, ecp
     return share >= 1;
 }
 
-/* From this many unknowns on continuation in haste comes before anything else that follows Newton from the
-   warm start: in large piles that takes many iterations, most of them in vain; small islands the
-   geometric starts solve as quickly. */
-#define ECP_I_MANY 1500
-
-/* Newton from a start; continuation, if it is the warm one of many unknowns; then Newton again from
-   where it has stalled, if that can be bettered. */
+/* Newton from a start; if that is the warm one of many unknowns, from the second geometric start, and
+   continuation in haste; then Newton again from where it has stalled, if that can be bettered. */
 static int ecp_i_attempt(const ecp_i_problem *p, int warm, const ecp_options *o, ecp_real *z,
                          ecp_i_effort *effort)
 {
     if (ecp_i_newton(p, warm, o->tolerance, o->max_iterations, 0, z, effort)) return 1;
-    if (warm && p->stalled && p->n >= ECP_I_MANY && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
+    if (warm && p->stalled && ecp_i_many(p->n) && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
         ECPSIM_MEMCPY(p->stalled, z, (size_t)p->n * sizeof(ecp_real));
+        if (ecp_i_may(o, ECP_FALLBACK_GEOMETRIC)) {
+            effort->fallbacks |= ECP_FALLBACK_GEOMETRIC;
+            p->start(p->self, 2, z);
+            if (ecp_i_newton(p, 0, o->tolerance, o->max_iterations, 0, z, effort)) return 1;
+        }
         p->start(p->self, 0, z);
         if (ecp_i_continue_in_haste(p, o->tolerance, z, effort)) return 1;
         ECPSIM_MEMCPY(z, p->stalled, (size_t)p->n * sizeof(ecp_real));
@@ -8332,7 +8365,8 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
                         ecp_real *z, ecp_real *best, ecp_i_effort *effort)
 {
     ecp_real size, before = 0, t, most = ecp_i_max(step->o->tolerance, effort->size.largest);
-    int round, i, k, idle = 0;
+    int round, i, k, idle = 0, limit = ecp_i_many(p->n) ? 5 : 10;
+    int patience = ecp_i_many(p->n) ? 1 : 3;
     for (round = 0; round < 20; round++) {
         ECPSIM_MEMCPY(best, z, (size_t)p->n * sizeof(ecp_real));
         s->centring = 1;
@@ -8345,11 +8379,11 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
             for (k = 0; k < 3; k++) size = ecp_i_max(size, ecp_i_abs(p->dz[c->at + k]));
         }
         /* to and fro between two faces, or over an edge */
-        if (round > 0 && 2 * size > before && ++idle == 3) return 0;
+        if (round > 0 && 2 * size > before && ++idle >= patience) return 0;
         before = size;
         t = ecp_i_centring_length(s, z, p->dz);
         for (i = 0; i < p->n; i++) z[i] += t * p->dz[i];
-        if (ecp_i_newton(p, 0, step->o->tolerance, 10, 0, z, effort) &&
+        if (ecp_i_newton(p, 0, step->o->tolerance, limit, 0, z, effort) &&
             effort->size.largest <= most) {
             if (size <= ecp_i_sqrt(step->o->tolerance) / 10) return 1;
             if (!(t > 0)) return 0;

@@ -506,6 +506,76 @@ static void newton_test_haste(void)
     CHECK(!ecp_i_continue_in_haste(&p, o.tolerance, z, &effort));
 }
 
+/* So many equations r(x) = 0 alike that Newton goes round in a circle: from x < 0.3, where r is a tenth of
+   exp(-x), by 1 to where it is ten times as large, and from there back, a little short of where it came
+   from, so that r is a little less than the last time. The root 0.4 is what a search finds that does not
+   take r = 1 for an advance on the r = 1 before it. */
+static ecp_real newton_round_f(ecp_real x, ecp_real *slope)
+{
+    double v = (double)x, r;
+    if (v < 0.3) {
+        r = 0.1 * exp(-v);
+        *slope = (ecp_real)-r;
+    } else if (v < 0.45) {
+        r = 0.741 * (0.4 - v);
+        *slope = ECP_R(-0.741);
+    } else {
+        r = exp(v - 1);
+        *slope = (ecp_real)(r / (1 + 4e-4 * v));
+    }
+    return (ecp_real)r;
+}
+
+static void newton_round_residual(void *self, const ecp_real *z, ecp_real relax, ecp_real *F,
+                                  ecp_i_size *size)
+{
+    ecp_real slope;
+    int i, n = *(const int *)self;
+    (void)relax;
+    size->largest = 0;
+    for (i = 0; i < n; i++) {
+        F[i] = newton_round_f(z[i], &slope);
+        size->largest = ecp_i_max(size->largest, ecp_i_abs(F[i]));
+    }
+    size->error = size->rest = size->largest;
+}
+
+static int newton_round_step(void *self, const ecp_real *z, const ecp_real *F, ecp_real fine,
+                             ecp_real compliance, ecp_real *dz)
+{
+    ecp_real slope;
+    int i, n = *(const int *)self;
+    (void)fine;
+    (void)compliance;
+    for (i = 0; i < n; i++) {
+        newton_round_f(z[i], &slope);
+        dz[i] = -F[i] / slope;
+    }
+    return 1;
+}
+
+static void newton_test_circle(void)
+{
+    static ecp_real work[5][ECP_I_MANY];
+    ecp_options o = ecp_options_default();
+    ecp_i_effort effort = ecp_i_effort_after(&o, 0);
+    ecp_i_problem p;
+    int k, n = ECP_I_MANY;
+    memset(&p, 0, sizeof p);
+    p.self = &n;
+    p.n = n;
+    p.residual = newton_round_residual;
+    p.step = newton_round_step;
+    p.F = work[1];
+    p.dz = work[2];
+    p.trial = work[3];
+    p.drift = work[4];
+    for (k = 0; k < n; k++) work[0][k] = 1;
+    CHECK(ecp_i_newton(&p, 0, o.tolerance, o.max_iterations, 0, work[0], &effort));
+    CHECK(effort.iterations > ECP_I_STALE && effort.iterations < o.max_iterations);
+    for (k = 0; k < n; k++) CHECK_NEAR(work[0][k], 0.4, 10 * (double)o.tolerance);
+}
+
 static void test_newton(void)
 {
     test_seed = 21;
@@ -515,4 +585,5 @@ static void test_newton(void)
     newton_test_mixed();
     newton_test_bad_input();
     newton_test_haste();
+    newton_test_circle();
 }

@@ -773,7 +773,8 @@ typedef struct ecp_report {
     int fallbacks;        /* ECP_FALLBACK_... that were used, or-ed */
     int substeps;         /* shorter steps that it took; 1 but for ECP_FALLBACK_SUBSTEPS */
     int body, shape_a, shape_b; /* if status is not ECP_OK: where, or -1. An island that is not
-                                   solved gives its first */
+                                   solved gives the patch whose equations are missed the most
+                                   where its last attempt ended (ECPSIM_NO_PAIRS: its first) */
     ecp_real value, limit; /* if status is not ECP_OK: the value met and the one it must meet */
     ecp_real merit; /* |F|^2 / 2, friction rows weighed by their load, summed over the islands */
     ecp_real natural_residual; /* max |F_i|, rounding floors included */
@@ -8365,7 +8366,7 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
                         ecp_real *z, ecp_real *best, ecp_i_effort *effort)
 {
     ecp_real size, before = 0, t, most = ecp_i_max(step->o->tolerance, effort->size.largest);
-    int round, i, k, idle = 0, limit = ecp_i_many(p->n) ? 5 : 10;
+    int round, i, k, idle = 0, limit = ecp_i_many(p->n) ? 3 : 10;
     int patience = ecp_i_many(p->n) ? 1 : 3;
     for (round = 0; round < 20; round++) {
         ECPSIM_MEMCPY(best, z, (size_t)p->n * sizeof(ecp_real));
@@ -8538,6 +8539,34 @@ static void ecp_i_gather_island(const ecp_i_step *step, int label, ecp_i_island 
     }
 }
 
+/* the patch whose rows, or whose bodies' momentum, are missed the most */
+static const ecp_i_pair *ecp_i_worst_pair(const ecp_i_island *s, const ecp_real *F)
+{
+    const ecp_i_pair *worst = s->pairs[0];
+    ecp_real most = -1;
+    int i;
+    for (i = 0; ECP_I_PAIRS && i < s->pair_count; i++) {
+        const ecp_i_pair *c = s->pairs[i];
+        ecp_real size = ecp_i_largest(c->count, F + c->at);
+        if (ecp_i_moves_a(c)) size = ecp_i_max(size, ecp_i_largest(6, F + c->ma->at));
+        if (ecp_i_moves_b(c)) size = ecp_i_max(size, ecp_i_largest(6, F + c->mb->at));
+        if (size > most) {
+            worst = c;
+            most = size;
+        }
+    }
+    return worst;
+}
+
+/* not solved, at that patch, whose first body that moves is named: the value met and the one it must
+   meet */
+static ecp_status ecp_i_not_solved(const ecp_i_step *step, const ecp_i_pair *c, ecp_real value,
+                                   ecp_real limit)
+{
+    const ecp_i_part *moves = ecp_i_moves_a(c) ? c->a : c->b;
+    return ecp_i_fail(step->r, ECP_NOT_SOLVED, moves->body, c->shape_a, c->shape_b, value, limit);
+}
+
 static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
 {
     ecp_i_island s;
@@ -8612,15 +8641,14 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
         effort.size.error = effort.size.largest;
     }
     if (!solved) {
-        return ecp_i_fail(step->r, ECP_NOT_SOLVED, label, s.pairs[0]->shape_a, s.pairs[0]->shape_b,
-                          effort.size.error, step->o->tolerance);
+        return ecp_i_not_solved(step, ecp_i_worst_pair(&s, p.F), effort.size.error,
+                                step->o->tolerance);
     }
     if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_SUBSTEPS) {
         ecp_real work = ecp_i_contact_work(&s, step->o->tolerance);
         ecp_i_worst(&step->r->work, work);
         if (ecp_i_works(step->o, step->r)) {
-            return ecp_i_fail(step->r, ECP_NOT_SOLVED, label, s.pairs[0]->shape_a,
-                              s.pairs[0]->shape_b, work, ECP_I_MOST_WORK);
+            return ecp_i_not_solved(step, s.pairs[0], work, ECP_I_MOST_WORK);
         }
     }
     /* what was not written need not be cleared */
@@ -8689,7 +8717,7 @@ static ecp_status ecp_i_verify(ecp_i_step *s)
         if (ecp_i_is_asleep(c->ma) || ecp_i_is_asleep(c->mb))
             continue; /* was verified when it fell asleep */
         if (!(gap >= limit)) {
-            return ecp_i_fail(s->r, ECP_NOT_SOLVED, c->a->body, c->shape_a, c->shape_b, gap, limit);
+            return ecp_i_not_solved(s, c, gap, limit);
         }
     }
     return ECP_OK;

@@ -464,6 +464,30 @@ static ecp_world *test_tumbling(double x)
     return world;
 }
 
+/* a tower at rest that a ball hits from above, in one iteration: the first patch of the island is the one on
+   the ground, the report names that of the ball */
+static void test_step_worst_patch(void)
+{
+    ecp_world *world = test_world(NULL);
+    ecp_material m = ecp_material_default();
+    ecp_options o = ecp_options_default();
+    ecp_report r;
+    ecp_shape sphere;
+    int ball, i;
+    test_ground(world, 0, 0, 1, &m);
+    for (i = 0; i < 3; i++) test_box(world, 1, 0.1, 0.1, 0.1, 0, 0, 0.1 + 0.2 * i, &m);
+    CHECK(ecp_shape_sphere(&sphere, ECP_R(0.1)) == ECP_OK);
+    ball = test_body(world, ECP_DYNAMIC, 1, 0.004, 0.004, 0.004, 0.05, 0.02, 0.71);
+    test_attach(world, ball, &sphere, 0, 0, 0, &m);
+    test_set_velocity(world, ball, 1, 0, -3, 0, 5, 0);
+    o.max_iterations = 1;
+    o.fallbacks = 0;
+    CHECK(ecp_step(world, ECP_R(0.01), &o, &r) == ECP_NOT_SOLVED);
+    CHECK(r.body == 3 && r.shape_a == 3 && r.shape_b == 4);
+    CHECK(r.value > r.limit && r.limit > 0);
+    free(world);
+}
+
 static void test_step_failure(void)
 {
     ecp_world *world = test_tumbling(0), *before, *twin;
@@ -1519,6 +1543,7 @@ static void test_step(void)
     test_step_report();
     test_step_work();
     test_step_failure();
+    test_step_worst_patch();
     test_step_overflows();
     test_step_bits();
     test_step_far();

@@ -738,7 +738,7 @@ typedef struct ecp_options {
                            gap h vs and the velocity vs, where vs is the fastest free velocity,
                            or g h at rest. Rounding floors are added to it (docs/numerics.md). */
     int max_iterations; /* Newton iterations of one attempt; four times as many where its steps
-                           have to be damped */
+                           have to be damped, eight times in islands of 1500 unknowns and more */
     int max_total_iterations; /* of all attempts, islands, sub-steps and the centring together, or 0:
                                  as many as it takes. A bound on the time of a step: where it ends
                                  the search the step is ECP_NOT_SOLVED, and where it ends the
@@ -5889,7 +5889,7 @@ static int ecp_i_many(int n) { return ECP_I_PAIRS && n >= ECP_I_MANY; }
 #endif
 #define ECP_I_MOST_COMPLIANCE ECP_R(10.0)
 
-/* a search whose steps are damped may take as many times its limit */
+/* a search whose steps are damped may take as many times its limit, with many unknowns twice that */
 #define ECP_I_DAMPED_LIMIT 4
 
 /* strides begin at residuals below the first, are not longer than the second, and do not raise the
@@ -6030,7 +6030,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             p->residual(p->self, z, relax, p->F, &effort->size);
             if (above <= tolerance || s.compliance >= ECP_I_MOST_COMPLIANCE)
                 return above <= tolerance;
-            most = ECP_I_DAMPED_LIMIT * limit;
+            most = (ecp_i_many(p->n) ? 2 : 1) * ECP_I_DAMPED_LIMIT * limit;
             s.compliance = s.compliance > 0 ? 10 * s.compliance : ECP_I_FIRST_COMPLIANCE;
             continue;
         }

@@ -273,6 +273,7 @@ typedef double ecp_real;
 #define ecp_body_apply_angular_impulse ecp_f32_body_apply_angular_impulse
 #define ecp_shape_get ecp_f32_shape_get
 #define ecp_shape_set_filter ecp_f32_shape_set_filter
+#define ecp_shape_set_material ecp_f32_shape_set_material
 #define ecp_options_default ecp_f32_options_default
 #define ecp_step ecp_f32_step
 #define ecp_guess_ecp ecp_f32_guess_ecp
@@ -701,6 +702,11 @@ ECP_DEF ecp_status ecp_shape_get(const ecp_world *world, int shape_index, const 
    to see them are pushed apart within that step, as any two are: at the speed of depth / h. */
 ECP_DEF ecp_status ecp_shape_set_filter(ecp_world *world, int shape_index, uint32_t category,
                                         uint32_t collides_with);
+
+/* Gives a primitive another material (NULL: the default) from the next step on: a floor that turns to ice,
+   a gripper whose pads get wet. The material is copied; one that is refused changes nothing. */
+ECP_DEF ecp_status ecp_shape_set_material(ecp_world *world, int shape_index,
+                                          const ecp_material *material);
 
 /* >>step-api ============================================================================== */
 
@@ -3579,6 +3585,23 @@ ECP_DEF ecp_status ecp_shape_set_filter(ecp_world *world, int shape_index, uint3
     if (!p) return ECP_BAD_INDEX;
     p->category = category;
     p->collides_with = collides_with;
+    ecp_i_bodies(world)[p->body].asleep = 0;
+    return ECP_OK;
+}
+
+ECP_DEF ecp_status ecp_shape_set_material(ecp_world *world, int shape_index,
+                                          const ecp_material *material)
+{
+    ecp_material m = ecp_material_default();
+    ecp_i_part *p;
+    ecp_status status;
+    if (!world) return ECP_BAD_POINTER;
+    p = ecp_i_find_part(world, shape_index);
+    if (!p) return ECP_BAD_INDEX;
+    if (material) m = *material;
+    status = ecp_i_check_material(&m);
+    if (status != ECP_OK) return status;
+    p->material = m;
     ecp_i_bodies(world)[p->body].asleep = 0;
     return ECP_OK;
 }

@@ -182,6 +182,18 @@ static void fall_through(ecp_world *w) { ecp_shape_set_filter(w, 6, 2, 0xfffffff
 
 static void table_lets_through(ecp_world *w) { ecp_shape_set_filter(w, 5, 0, 0); }
 
+static void slippery(ecp_world *w, int shape)
+{
+    ecp_material m = ecp_material_default();
+    m.mu = ECP_R(0.001);
+    m.e_r = ECP_R(0.1);
+    ecp_shape_set_material(w, shape, &m);
+}
+
+static void slippery_ground(ecp_world *w) { slippery(w, 0); }
+static void slippery_box(ecp_world *w) { slippery(w, 2); }
+static void slippery_table(ecp_world *w) { slippery(w, 5); }
+
 static void gravity(ecp_world *w)
 {
     static const ecp_real g[3] = {ECP_R(0.3), 0, ECP_R(-5.0)};
@@ -229,6 +241,9 @@ static void test_sleep_events(void)
     WAKES(remove_lowest, 3, 1);
     WAKES(fall_through, 1, 1);
     WAKES(table_lets_through, 1, 0);
+    WAKES(slippery_ground, 4, 0);
+    WAKES(slippery_box, 3, 0);
+    WAKES(slippery_table, 1, 0);
     WAKES(gravity, 6, 0);
     WAKES(guess, 1, 0);
     WAKES(far_guess, 2, 0);

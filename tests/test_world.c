@@ -1182,6 +1182,48 @@ static void world_test_filter(void)
     world_free(&f);
 }
 
+/* a cube slides on the ground, whose material changes from step to step */
+static void world_test_material(void)
+{
+    static const double mu[] = {0.5, 0, 0.8, 0.5};
+    ecp_world *w = test_world(NULL);
+    ecp_material m = ecp_material_default(), bad[4];
+    ecp_real v[3] = {3, 0, 0}, h = ECP_R(0.01), before;
+    ecp_report r;
+    world_fixture f;
+    int k;
+    test_ground(w, 0, 0, 1, NULL);
+    world_add_cube(w, 0, 0.2, NULL);
+    CHECK(ecp_body_set_state(w, 1, NULL, NULL, v, NULL) == ECP_OK);
+    for (k = 0; k < 4; k++) {
+        m.mu = (ecp_real)mu[k];
+        m.e_r = k == 2 ? ECP_R(0.1) : ECP_R(0);
+        CHECK(ecp_shape_set_material(w, 0, k < 3 ? &m : NULL) == ECP_OK);
+        CHECK(ecp_shape_set_material(w, 1, k < 3 ? &m : NULL) == ECP_OK);
+        before = v[0];
+        CHECK(ecp_step(w, h, NULL, &r) == ECP_OK);
+        CHECK(ecp_body_get_state(w, 1, NULL, NULL, v, NULL) == ECP_OK);
+        CHECK_NEAR(v[0], (double)before - mu[k] * 9.8 * 0.01, test_by(1e-11, 1e-5));
+        /* 6 of the body, 3 + 6 + 1 of the patch, and its friction */
+        CHECK(r.unknowns == (k == 1 ? 16 : k == 2 ? 19 : 18));
+    }
+    free(w);
+    world_cubes(&f, 0);
+    for (k = 0; k < 4; k++) bad[k] = ecp_material_default();
+    bad[0].mu = -1;
+    bad[1].e_t = 0;
+    bad[2].e_r = -1;
+    bad[3].direction[1] = (ecp_real)NAN;
+    WORLD_REFUSED(&f, ecp_shape_set_material(NULL, 0, bad), ECP_BAD_POINTER);
+    WORLD_REFUSED(&f, ecp_shape_set_material(f.world, -1, NULL), ECP_BAD_INDEX);
+    WORLD_REFUSED(&f, ecp_shape_set_material(f.world, 4, NULL), ECP_BAD_INDEX);
+    WORLD_REFUSED(&f, ecp_shape_set_material(f.world, 1, bad), ECP_BAD_FRICTION);
+    WORLD_REFUSED(&f, ecp_shape_set_material(f.world, 1, bad + 1), ECP_BAD_ELLIPSOID);
+    WORLD_REFUSED(&f, ecp_shape_set_material(f.world, 1, bad + 2), ECP_BAD_ELLIPSOID);
+    WORLD_REFUSED(&f, ecp_shape_set_material(f.world, 1, bad + 3), ECP_NOT_FINITE);
+    world_free(&f);
+}
+
 /* ---- snapshots */
 
 /* three boxes and a ball that tumble on to each other: every kind of patch, coming and going */
@@ -1316,6 +1358,7 @@ static void test_world_section(void)
     world_test_remove();
     world_test_remove_many();
     world_test_filter();
+    world_test_material();
     world_test_snapshots();
     world_test_fences();
 }

@@ -216,6 +216,18 @@ static ecp_status shape(machine *m, input *in, ecp_shape *s)
     return ecp_shape_polytope(s, planes, n, m->vertices[m->polytopes++], 24);
 }
 
+/* with a direction, or without */
+static ecp_material any_material(input *in, unsigned how)
+{
+    ecp_material material = ecp_material_default();
+    material.mu = number(in);
+    material.e_t = size(in);
+    material.e_o = size(in);
+    material.e_r = size(in);
+    if (how & 32) numbers(in, 3, material.direction);
+    return material;
+}
+
 static void add_shape(machine *m, input *in)
 {
     unsigned how = take(in);
@@ -231,13 +243,7 @@ static void add_shape(machine *m, input *in)
     memset(&sum, 0, sizeof sum);
     if (how & 4) numbers(in, 3, at);
     if (how & 8) numbers(in, 4, q);
-    if (how & 16) {
-        material.mu = number(in);
-        material.e_t = size(in);
-        material.e_o = size(in);
-        material.e_r = size(in);
-        if (how & 32) numbers(in, 3, material.direction);
-    }
+    if (how & 16) material = any_material(in, how);
     after(m, ecp_body_add_shape(m->world, body, &s, how & 4 ? at : NULL, how & 8 ? q : NULL,
                                 how & 16 ? &material : NULL, NULL));
 }
@@ -327,6 +333,7 @@ static void other(machine *m, input *in)
     int i = (int)take(in) % 6 - (which > 250), j = (int)take(in) % 9;
     ecp_real v[13], *point = which & 64 ? v + 3 : NULL;
     const ecp_shape *s;
+    ecp_material material;
     ecp_world *w = m->world;
     switch (which % 12) {
     case 0:
@@ -361,7 +368,14 @@ static void other(machine *m, input *in)
         after(m, ecp_guess_ecp(w, (int)take(in) % 9 - 1, j, which & 128 ? NULL : v));
         break;
     case 9: after(m, ecp_shape_set_filter(w, j, take(in), take(in))); break;
-    case 10: after(m, ecp_shape_get(w, j, &s, &i, v, NULL)); break;
+    case 10:
+        if (which & 64) {
+            material = any_material(in, which);
+            after(m, ecp_shape_set_material(w, j, which & 128 ? NULL : &material));
+            break;
+        }
+        after(m, ecp_shape_get(w, j, &s, &i, v, NULL));
+        break;
     default:
         if (which & 64) {
             advance(m, in);

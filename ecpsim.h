@@ -744,7 +744,8 @@ typedef struct ecp_options {
                            gap h vs and the velocity vs, where vs is the fastest free velocity,
                            or g h at rest. Rounding floors are added to it (docs/numerics.md). */
     int max_iterations; /* Newton iterations of one attempt; four times as many where its steps
-                           have to be damped, eight times in islands of 1500 unknowns and more */
+                           have to be damped, eight times in islands of two and more bodies
+                           with 1500 unknowns and more */
     int max_total_iterations; /* of all attempts, islands, sub-steps and the centring together, or 0:
                                  as many as it takes. A bound on the time of a step: where it ends
                                  the search the step is ECP_NOT_SOLVED, and where it ends the
@@ -5822,6 +5823,7 @@ typedef struct ecp_i_problem {
     void (*load)(void *self, ecp_real share);
     ecp_real *F, *dz, *trial, *drift, *kept; /* n each */
     ecp_real *stalled;                       /* the same, or NULL: no continuation in haste */
+    int large; /* two bodies and more, ECP_I_LARGE unknowns and more */
 } ecp_i_problem;
 
 typedef struct ecp_i_effort {
@@ -5876,12 +5878,13 @@ static ecp_real ecp_i_content(ecp_real tolerance)
     return ecp_i_max(tolerance / 100, 4 * ECP_I_EPSILON);
 }
 
-/* From this many unknowns on (piles of 50 bodies) what follows Newton from the warm start comes in another
+/* From so many unknowns on (piles of 50 bodies) what follows Newton from the warm start comes in another
    order, searches that go round in a circle are stopped, and centring is given up earlier. Large piles take
-   many iterations, most of them in vain; small islands other starts solve as quickly. */
-#define ECP_I_MANY 1500
+   many iterations, most of them in vain; small islands other starts solve as quickly, and for one body
+   alone nothing changes. */
+#define ECP_I_LARGE 1500
 
-static int ecp_i_many(int n) { return ECP_I_PAIRS && n >= ECP_I_MANY; }
+static int ecp_i_is_large(const ecp_i_problem *p) { return ECP_I_PAIRS && p->large; }
 
 /* how many of the last merits a new one may compare itself with */
 #define ECP_I_MEMORY 4
@@ -6053,7 +6056,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             p->residual(p->self, z, relax, p->F, &effort->size);
             if (above <= tolerance || s.compliance >= ECP_I_MOST_COMPLIANCE)
                 return above <= tolerance;
-            most = (ecp_i_many(p->n) ? 2 : 1) * ECP_I_DAMPED_LIMIT * limit;
+            most = (ecp_i_is_large(p) ? 2 : 1) * ECP_I_DAMPED_LIMIT * limit;
             s.compliance = s.compliance > 0 ? 10 * s.compliance : ECP_I_FIRST_COMPLIANCE;
             continue;
         }
@@ -6082,7 +6085,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             s.fine = ecp_i_max(ecp_i_min(s.fine / 10, 100 * now->error), now->error / 10);
         }
         s.merits[k % ECP_I_MEMORY] = s.merit;
-        if (ecp_i_many(p->n)) ecp_i_leave_circle(&s, &lowest);
+        if (ecp_i_is_large(p)) ecp_i_leave_circle(&s, &lowest);
     }
     return now->error <= tolerance;
 }
@@ -6168,7 +6171,7 @@ static int ecp_i_attempt(const ecp_i_problem *p, int warm, const ecp_options *o,
                          ecp_i_effort *effort)
 {
     if (ecp_i_newton(p, warm, o->tolerance, o->max_iterations, 0, z, effort)) return 1;
-    if (warm && p->stalled && ecp_i_many(p->n) && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
+    if (warm && p->stalled && ecp_i_is_large(p) && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
         ECPSIM_MEMCPY(p->stalled, z, (size_t)p->n * sizeof(ecp_real));
         if (ecp_i_may(o, ECP_FALLBACK_GEOMETRIC)) {
             effort->fallbacks |= ECP_FALLBACK_GEOMETRIC;
@@ -6372,6 +6375,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     p.repair = NULL;
     p.load = NULL;
     p.kept = p.stalled = NULL;
+    p.large = 0;
     ECPSIM_MEMCPY(s.z0, z, (size_t)size * sizeof(ecp_real));
     effort = ecp_i_effort_after(&o, 0);
     solved = ecp_i_solve(&p, &o, work, &effort);
@@ -8389,8 +8393,8 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
                         ecp_real *z, ecp_real *best, ecp_i_effort *effort)
 {
     ecp_real size, before = 0, t, most = ecp_i_max(step->o->tolerance, effort->size.largest);
-    int round, i, k, idle = 0, limit = ecp_i_many(p->n) ? 3 : 10;
-    int patience = ecp_i_many(p->n) ? 1 : 3;
+    int round, i, k, idle = 0, limit = ecp_i_is_large(p) ? 3 : 10;
+    int patience = ecp_i_is_large(p) ? 1 : 3;
     for (round = 0; round < 20; round++) {
         ECPSIM_MEMCPY(best, z, (size_t)p->n * sizeof(ecp_real));
         s->centring = 1;
@@ -8620,6 +8624,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     best = vectors[2];
     p.self = &s;
     p.n = s.unknowns;
+    if (ECP_I_PAIRS) p.large = ecp_i_body_count(&s) > 1 && p.n >= ECP_I_LARGE;
     p.residual = ecp_i_island_residual;
     p.step = ecp_i_island_step;
     p.start = ecp_i_island_start;

@@ -556,14 +556,15 @@ static int newton_round_step(void *self, const ecp_real *z, const ecp_real *F, e
 
 static void newton_test_circle(void)
 {
-    static ecp_real work[5][ECP_I_MANY];
+    static ecp_real work[5][ECP_I_LARGE];
     ecp_options o = ecp_options_default();
     ecp_i_effort effort = ecp_i_effort_after(&o, 0);
     ecp_i_problem p;
-    int k, n = ECP_I_MANY;
+    int k, n = ECP_I_LARGE;
     memset(&p, 0, sizeof p);
     p.self = &n;
     p.n = n;
+    p.large = 1;
     p.residual = newton_round_residual;
     p.step = newton_round_step;
     p.F = work[1];

@@ -132,6 +132,7 @@
    WHAT MAY TOUCH WHAT
    Primitives of one body never touch each other. ecp_shape_set_filter() gives a primitive 32 bits of
    what it is and 32 bits of what it meets; pairs that do not meet are not looked at.
+   ecp_shape_set_material() changes its friction. Both may be called between any two steps.
 
    SLEEP
    With options.sleep = 1 an island, a group of bodies that touch, is left out of the problem once a

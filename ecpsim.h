@@ -107,17 +107,17 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 46,980.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 47,000.
 
-       ECPSIM_NO_PAIRS     13,268  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     13,288  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   3,708  contacts are smooth, whatever the materials say
-       ECPSIM_NO_SLEEP      1,280  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   1,152  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     6,356  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
+       ECPSIM_NO_FRICTION   3,748  contacts are smooth, whatever the materials say
+       ECPSIM_NO_SLEEP      1,304  options.sleep = 1 is ECP_BAD_OPTION
+       ECPSIM_NO_CENTRING   1,160  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS     6,348  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
                                    nothing is said). Options that ask for others are ECP_BAD_OPTION.
-                                   2,740 if it is ECP_FALLBACK_GEOMETRIC; without
-                                   ECP_FALLBACK_SUBSTEPS 1,372 and the work memory for a second state
+                                   2,800 if it is ECP_FALLBACK_GEOMETRIC; without
+                                   ECP_FALLBACK_SUBSTEPS 1,364 and the work memory for a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
@@ -5896,7 +5896,7 @@ static int ecp_i_is_large(const ecp_i_problem *p) { return ECP_I_PAIRS && p->lar
 #define ECP_I_SHORTEST_STEP ECP_R(1e-5)
 
 /* A search whose merit has not come a tenth below its lowest for so many iterations goes round in a
-   circle: bad steps that worse ones before them allow follow good ones. */
+   circle: after each good step a bad one is let pass, because of one as bad before the good one. */
 #define ECP_I_STALE 8
 
 /* Merits up to this one are let pass at first, a quarter of it after each iteration: near the kinks of
@@ -8389,7 +8389,8 @@ static ecp_real ecp_i_centring_length(const ecp_i_island *s, const ecp_real *z, 
 /* The rule ECP_CENTRED. From a solution z: the step that stays on the solutions to first order and
    ends nearest to the centres, then Newton back on to them, until nothing moves. Returns 0 where
    that is not reached: an ECP or an impulse at its limit is in the way, or z, which stays as it was
-   then, solves the equations to a tolerance that the other does not. */
+   then, solves the equations to a tolerance that the other does not. Large islands, which seldom reach
+   it, get fewer iterations, and no other round after one that gets no nearer. */
 static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_step *step,
                         ecp_real *z, ecp_real *best, ecp_i_effort *effort)
 {
@@ -8595,6 +8596,44 @@ static ecp_status ecp_i_not_solved(const ecp_i_step *step, const ecp_i_pair *c, 
     return ecp_i_fail(step->r, ECP_NOT_SOLVED, moves->body, c->shape_a, c->shape_b, value, limit);
 }
 
+/* what an island's equations need of the step; its bodies and patches */
+static void ecp_i_open_island(ecp_i_step *step, int label, ecp_i_island *s)
+{
+    s->centring = s->many = s->uncentred = s->in_vain = 0;
+    s->chord = 0;
+    s->tree.fronts = NULL;
+    s->tree.planned = 0;
+    s->motions = step->motions;
+    s->bodies = step->bodies;
+    s->pairs = step->members;
+    s->arena = &step->arena;
+    s->h = step->h;
+    s->world = step->w;
+    s->nearest = step->o->rule == ECP_NEAREST;
+    s->noise = step->o->tolerance / 10;
+    s->turn = ecp_i_content(step->o->tolerance);
+    ecp_i_gather_island(step, label, s);
+}
+
+/* the island as Newton sees it; the first vector is the unknowns */
+static void ecp_i_island_problem(ecp_i_island *s, ecp_real *const *vectors, ecp_i_problem *p)
+{
+    p->self = s;
+    p->n = s->unknowns;
+    if (ECP_I_PAIRS) p->large = ecp_i_body_count(s) > 1 && p->n >= ECP_I_LARGE;
+    p->residual = ecp_i_island_residual;
+    p->step = ecp_i_island_step;
+    p->start = ecp_i_island_start;
+    p->repair = (ECPSIM_FALLBACKS)&ECP_FALLBACK_GEOMETRIC ? ecp_i_island_repair : NULL;
+    p->load = (ECPSIM_FALLBACKS)&ECP_FALLBACK_LOAD ? ecp_i_island_load : NULL;
+    p->F = vectors[1];
+    p->kept = vectors[2];
+    p->dz = vectors[3];
+    p->trial = vectors[4];
+    p->drift = vectors[5];
+    p->stalled = ECP_I_VECTORS > 6 ? vectors[ECP_I_VECTORS - 1] : NULL;
+}
+
 static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
 {
     ecp_i_island s;
@@ -8603,40 +8642,14 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     ecp_real *vectors[ECP_I_VECTORS], *z, *best, merit;
     size_t mark = step->arena.used;
     int i, solved, centred = 1;
-    s.centring = s.many = s.uncentred = s.in_vain = 0;
-    s.chord = 0;
-    s.tree.fronts = NULL;
-    s.tree.planned = 0;
-    s.motions = step->motions;
-    s.bodies = step->bodies;
-    s.pairs = step->members;
-    s.arena = &step->arena;
-    s.h = step->h;
-    s.world = step->w;
-    s.nearest = step->o->rule == ECP_NEAREST;
-    s.noise = step->o->tolerance / 10;
-    s.turn = ecp_i_content(step->o->tolerance);
-    ecp_i_gather_island(step, label, &s);
+    ecp_i_open_island(step, label, &s);
     if (s.pair_count == 0) return ECP_OK;
     ecp_i_carve_vectors(&step->arena, s.unknowns, vectors);
     ECPSIM_ASSERT(!step->arena.overflow);
     s.begin = step->arena.used;
     z = vectors[0];
     best = vectors[2];
-    p.self = &s;
-    p.n = s.unknowns;
-    if (ECP_I_PAIRS) p.large = ecp_i_body_count(&s) > 1 && p.n >= ECP_I_LARGE;
-    p.residual = ecp_i_island_residual;
-    p.step = ecp_i_island_step;
-    p.start = ecp_i_island_start;
-    p.repair = (ECPSIM_FALLBACKS)&ECP_FALLBACK_GEOMETRIC ? ecp_i_island_repair : NULL;
-    p.load = (ECPSIM_FALLBACKS)&ECP_FALLBACK_LOAD ? ecp_i_island_load : NULL;
-    p.kept = best;
-    p.drift = vectors[5];
-    p.stalled = ECP_I_VECTORS > 6 ? vectors[ECP_I_VECTORS - 1] : NULL;
-    p.F = vectors[1];
-    p.dz = vectors[3];
-    p.trial = vectors[4];
+    ecp_i_island_problem(&s, vectors, &p);
     ecp_i_island_units(&s);
     solved = ecp_i_solve(&p, step->o, z, &effort);
     if (!solved && ECP_I_FRICTION && ecp_i_may(step->o, ECP_FALLBACK_CHORD)) {

@@ -574,7 +574,7 @@ static void newton_test_circle(void)
     for (k = 0; k < n; k++) work[0][k] = 1;
     CHECK(ecp_i_newton(&p, 0, o.tolerance, o.max_iterations, 0, work[0], &effort));
     CHECK(effort.iterations > ECP_I_STALE && effort.iterations < o.max_iterations);
-    for (k = 0; k < n; k++) CHECK_NEAR(work[0][k], 0.4, 10 * (double)o.tolerance);
+    for (k = 0; k < n; k++) CHECK_NEAR(work[0][k], 0.4, 2 * (double)o.tolerance);
 }
 
 static void test_newton(void)

@@ -1203,7 +1203,7 @@ static void world_test_material(void)
         before = v[0];
         CHECK(ecp_step(w, h, NULL, &r) == ECP_OK);
         CHECK(ecp_body_get_state(w, 1, NULL, NULL, v, NULL) == ECP_OK);
-        CHECK_NEAR(v[0], (double)before - mu[k] * 9.8 * 0.01, test_by(1e-11, 1e-5));
+        CHECK_NEAR(v[0], (double)before - mu[k] * 9.8 * 0.01, test_by(1e-12, 1e-6));
         /* 6 of the body, 3 + 6 + 1 of the patch, and its friction */
         CHECK(r.unknowns == (k == 1 ? 16 : k == 2 ? 19 : 18));
     }

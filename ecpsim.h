@@ -5521,6 +5521,7 @@ typedef struct ecp_i_island {
     int nearest;   /* the rule is ECP_NEAREST: starts keep the ECPs where they can */
     int uncentred; /* a patch starts from a point that the rule ECP_CENTRED did not choose, */
     int in_vain;   /* or could not find */
+    int lenient;   /* normals are held to the tolerance (see ecp_i_geometry_error) */
     size_t begin, blocks_at; /* where the memory of a Newton step begins, and that of its blocks */
     ecp_i_tree tree;
 } ecp_i_island;
@@ -5562,6 +5563,24 @@ typedef struct ecp_i_size {
     ecp_real largest, error, rest;
 } ecp_i_size;
 
+/* How far normals and multipliers are off. By that faces overlap at their far ends, and the next step may have its
+   ECP there: of a wedge that holds itself by friction no force gets it out again. In double Newton comes down to
+   rounding by itself; in float it would be content with a hundred times that. So there normals on half-spaces are
+   held to rounding, others to a tenth of the tolerance, as long as there is such a solution. */
+#ifdef ECPSIM_FLOAT
+#define ECP_I_STRICT 1
+#else
+#define ECP_I_STRICT 0
+#endif
+
+static ecp_real ecp_i_geometry_error(const ecp_i_island *s, const ecp_i_pair *c, ecp_real size,
+                                     ecp_real jitter)
+{
+    ecp_real granted = jitter * s->h / c->L;
+    if (!ECP_I_STRICT || s->lenient) return size - granted;
+    return ecp_i_on_plane(c) ? 100 * (size - 2 * ECP_I_EPSILON) : 10 * (size - granted);
+}
+
 /* F at z = (six scaled velocity changes a body, then the patches), and how large it is (ecp_i_problem);
    friction is measured with a rho that does not depend on the load. */
 static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax, ecp_real *F,
@@ -5599,14 +5618,14 @@ static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax,
         const ecp_real *row = F + c->at;
         ecp_i_projection q;
         ecp_real jitter = ecp_i_moves_a(c) ? c->ma->jitter : ECP_R(0);
-        ecp_real geometry, friction[3], size;
+        ecp_real friction[3], size;
         /* a gap is held to the tolerance times a thousand radii, however far points move in the step */
         ecp_real gap_weight = ecp_i_max(1, s->h * c->V / (1000 * c->a->shape.radius));
         int normal = ecp_i_on_plane(c) ? 3 : 4, gap = ecp_i_at_p(c);
         if (ecp_i_moves_b(c)) jitter = ecp_i_max(jitter, c->mb->jitter);
-        geometry = jitter * s->h / c->L;
-        ecp_i_worst(&total->error, ecp_i_largest(normal, row) - geometry - c->n_noise);
-        ecp_i_worst(&total->error, ecp_i_largest(gap - normal, row + normal) - geometry);
+        size = ecp_i_largest(normal, row) - c->n_noise;
+        ecp_i_worst(&size, ecp_i_largest(gap - normal, row + normal));
+        ecp_i_worst(&total->error, ecp_i_geometry_error(s, c, size, jitter));
         ecp_i_worst(&total->error, gap_weight * (ecp_i_abs(row[gap]) - c->d_noise / (s->h * c->V)));
         ecp_i_worst(&total->largest, ecp_i_largest(gap + 1, row));
         if (ecp_i_nf(c) == 0) continue;
@@ -5619,7 +5638,7 @@ static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax,
     total->rest = total->largest;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         const ecp_i_motion *m = ecp_i_mover(s, i);
-        ecp_real unit = m->mass * m->speed, noise = m->noise / m->speed;
+        ecp_real unit = m->mass * m->speed, noise = ECP_I_PAIRS ? m->noise / m->speed : ECP_R(0);
         for (k = 0; k < 2; k++) {
             ecp_real scale = k ? unit * m->length : unit, *row = F + 6 * i + 3 * k;
             ecp_real floor = 16 * ECP_I_EPSILON * m->floor[k] / scale, size;
@@ -5922,7 +5941,7 @@ static int ecp_i_is_large(const ecp_i_problem *p) { return ECP_I_PAIRS && p->lar
 /* strides begin at residuals below the first, are not longer than the second, and do not raise the
    merit above the third */
 #define ECP_I_STALLED ECP_R(1e-3)
-#define ECP_I_LONGEST_STRIDE ECP_R(0.1)
+#define ECP_I_LONGEST_STRIDE ECP_R(1.0)
 #define ECP_I_STRIDE_MERIT ECP_R(1e-4)
 
 /* a search in progress: the last merits; the compliance; the length of the last stride, and what it was
@@ -8601,6 +8620,7 @@ static void ecp_i_open_island(ecp_i_step *step, int label, ecp_i_island *s)
 {
     s->centring = s->many = s->uncentred = s->in_vain = 0;
     s->chord = 0;
+    s->lenient = 0;
     s->tree.fronts = NULL;
     s->tree.planned = 0;
     s->motions = step->motions;
@@ -8651,7 +8671,9 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     best = vectors[2];
     ecp_i_island_problem(&s, vectors, &p);
     ecp_i_island_units(&s);
-    solved = ecp_i_solve(&p, step->o, z, &effort);
+    do {
+        solved = ecp_i_solve(&p, step->o, z, &effort);
+    } while (!solved && ECP_I_STRICT && !s.lenient++);
     if (!solved && ECP_I_FRICTION && ecp_i_may(step->o, ECP_FALLBACK_CHORD)) {
         effort.fallbacks |= ECP_FALLBACK_CHORD;
         s.chord = s.h;

@@ -107,17 +107,17 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 47,000.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 47,056.
 
-       ECPSIM_NO_PAIRS     13,288  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     13,304  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   3,748  contacts are smooth, whatever the materials say
-       ECPSIM_NO_SLEEP      1,304  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   1,160  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     6,348  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
+       ECPSIM_NO_FRICTION   3,720  contacts are smooth, whatever the materials say
+       ECPSIM_NO_SLEEP      1,280  options.sleep = 1 is ECP_BAD_OPTION
+       ECPSIM_NO_CENTRING   1,148  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS     6,328  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
                                    nothing is said). Options that ask for others are ECP_BAD_OPTION.
-                                   2,800 if it is ECP_FALLBACK_GEOMETRIC; without
-                                   ECP_FALLBACK_SUBSTEPS 1,364 and the work memory for a second state
+                                   2,696 if it is ECP_FALLBACK_GEOMETRIC; without
+                                   ECP_FALLBACK_SUBSTEPS 1,368 and the work memory for a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
@@ -743,7 +743,8 @@ typedef struct ecp_options {
     ecp_rule rule;
     ecp_real tolerance; /* of the natural residual in scaled units: 1 is the momentum m vs, the
                            gap h vs and the velocity vs, where vs is the fastest free velocity,
-                           or g h at rest. Rounding floors are added to it (docs/numerics.md). */
+                           or g h at rest. Rounding floors are added to it; in float normals are
+                           held closer where they can be (docs/numerics.md). */
     int max_iterations; /* Newton iterations of one attempt; four times as many where its steps
                            have to be damped, eight times in islands of two and more bodies
                            with 1500 unknowns and more */
@@ -5521,7 +5522,7 @@ typedef struct ecp_i_island {
     int nearest;   /* the rule is ECP_NEAREST: starts keep the ECPs where they can */
     int uncentred; /* a patch starts from a point that the rule ECP_CENTRED did not choose, */
     int in_vain;   /* or could not find */
-    int lenient;   /* normals are held to the tolerance (see ecp_i_geometry_error) */
+    int lenient;   /* in float: normals are held to the tolerance (ecp_i_geometry_error) */
     size_t begin, blocks_at; /* where the memory of a Newton step begins, and that of its blocks */
     ecp_i_tree tree;
 } ecp_i_island;

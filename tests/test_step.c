@@ -1402,8 +1402,8 @@ static void test_step_wedge(void)
         z = -(double)mass.centre[2];
         test_ground(world, c, 0, s, &m);
         test_ground(world, -c, 0, s, &m);
-        body = test_body(world, ECP_DYNAMIC, mass.mass, mass.inertia[0], mass.inertia[4],
-                         mass.inertia[8], 0, 0, 0);
+        body = test_body(world, ECP_DYNAMIC, (double)mass.mass, (double)mass.inertia[0],
+                         (double)mass.inertia[4], (double)mass.inertia[8], 0, 0, 0);
         at = test_get(world, body);
         test_set_pose(world, body, 0, 0, test_wedge_depth(&wedge, &at, z, c, s) / s + 2e-3, 0, 0, 1,
                       0);

@@ -5522,7 +5522,7 @@ typedef struct ecp_i_island {
     int nearest;   /* the rule is ECP_NEAREST: starts keep the ECPs where they can */
     int uncentred; /* a patch starts from a point that the rule ECP_CENTRED did not choose, */
     int in_vain;   /* or could not find */
-    int lenient;   /* in float: normals are held to the tolerance (ecp_i_geometry_error) */
+    int loose;     /* in float: normals are held to the tolerance only (ecp_i_geometry_error) */
     size_t begin, blocks_at; /* where the memory of a Newton step begins, and that of its blocks */
     ecp_i_tree tree;
 } ecp_i_island;
@@ -5567,18 +5567,18 @@ typedef struct ecp_i_size {
 /* How far normals and multipliers are off. By that faces overlap at their far ends, and the next step may have its
    ECP there: of a wedge that holds itself by friction no force gets it out again. In double Newton comes down to
    rounding by itself; in float it would be content with a hundred times that. So there normals on half-spaces are
-   held to rounding, others to a tenth of the tolerance, as long as there is such a solution. */
+   held to rounding, others to a tenth of the tolerance, where such a solution is found. */
 #ifdef ECPSIM_FLOAT
-#define ECP_I_STRICT 1
+#define ECP_I_STRICT_NORMALS 1
 #else
-#define ECP_I_STRICT 0
+#define ECP_I_STRICT_NORMALS 0
 #endif
 
 static ecp_real ecp_i_geometry_error(const ecp_i_island *s, const ecp_i_pair *c, ecp_real size,
                                      ecp_real jitter)
 {
     ecp_real granted = jitter * s->h / c->L;
-    if (!ECP_I_STRICT || s->lenient) return size - granted;
+    if (!ECP_I_STRICT_NORMALS || s->loose) return size - granted;
     return ecp_i_on_plane(c) ? 100 * (size - 2 * ECP_I_EPSILON) : 10 * (size - granted);
 }
 
@@ -8621,7 +8621,7 @@ static void ecp_i_open_island(ecp_i_step *step, int label, ecp_i_island *s)
 {
     s->centring = s->many = s->uncentred = s->in_vain = 0;
     s->chord = 0;
-    s->lenient = 0;
+    s->loose = 0;
     s->tree.fronts = NULL;
     s->tree.planned = 0;
     s->motions = step->motions;
@@ -8672,9 +8672,10 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     best = vectors[2];
     ecp_i_island_problem(&s, vectors, &p);
     ecp_i_island_units(&s);
+    /* in float first with normals held to rounding, and if that finds nothing with the tolerance alone */
     do {
         solved = ecp_i_solve(&p, step->o, z, &effort);
-    } while (!solved && ECP_I_STRICT && !s.lenient++);
+    } while (!solved && ECP_I_STRICT_NORMALS && !s.loose++);
     if (!solved && ECP_I_FRICTION && ecp_i_may(step->o, ECP_FALLBACK_CHORD)) {
         effort.fallbacks |= ECP_FALLBACK_CHORD;
         s.chord = s.h;

@@ -750,8 +750,8 @@ static void equations_test_measured(void)
         int i;
         equations_one_pair(&k, kind % 8, ECP_DYNAMIC, -1, ECP_STATIC, 2, 0);
         c->mu = 1000;
-        c->rho = 30;     /* so that the row is a large one */
-        k.s.lenient = 1; /* geometry without its weights in float */
+        c->rho = 30;   /* so that the row is a large one */
+        k.s.loose = 1; /* geometry without its weights in float */
         ecp_i_set3(0, 0, 0, c->weight);
         CHECK(equations_sample(&k, 1, EQUATIONS_STICK, 0));
         for (i = 0; i < 2; i++) k.z[c->at + ecp_i_at_p(c) + 1 + i] = 0;

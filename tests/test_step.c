@@ -1376,7 +1376,7 @@ static double test_wedge_depth(const ecp_shape *wedge, const test_state *at, dou
 
 /* Wedges driven between two half-spaces, their angle the planes' but for 1e-4; friction holds them. What normals are
    off in one step is an overlap of the faces' far ends in the next, of which no force gets them out again. Of the 24,
-   float loses one, and 15 if its normals are held to the tolerance alone (ecp_i_geometry_error). */
+   float loses one, and 16 if its normals are held to the tolerance alone (ecp_i_geometry_error). */
 static void test_step_wedge(void)
 {
     int k, i, missed = 0;

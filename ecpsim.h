@@ -5559,9 +5559,10 @@ static ecp_real ecp_i_largest(int n, const ecp_real *F)
 
 /* The largest |F_i|, in the units in which it is to be small, which need not be those of F. error: above the
    rounding floors, which is what a solution is judged by. rest: what Newton might still better, the largest
-   with what adding up the impulses rounds taken off the balances of momentum. */
+   with what adding up the impulses rounds taken off the balances of momentum. friction: the rows of it, floors
+   included: what rests satisfies them exactly, and what is at its cone's edge is not to be held for their sake. */
 typedef struct ecp_i_size {
-    ecp_real largest, error, rest;
+    ecp_real largest, error, rest, friction;
 } ecp_i_size;
 
 /* How far normals and multipliers are off. By that faces overlap at their far ends, and the next step may have its
@@ -5590,7 +5591,7 @@ static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax,
     ecp_i_island *s = (ecp_i_island *)self;
     ecp_real dv[6];
     int i, k, r;
-    total->largest = total->error = 0;
+    total->largest = total->error = total->friction = 0;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
         ecp_i_scale(m->speed, z + 6 * i, dv);
@@ -5634,6 +5635,7 @@ static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax,
         ecp_i_friction_rows(c, &q, friction);
         size = ecp_i_largest(ecp_i_nf(c), friction);
         ecp_i_worst(&total->largest, size);
+        ecp_i_worst(&total->friction, size);
         ecp_i_worst(&total->error, size - (1 - ecp_i_taken_away(&q)) * jitter / c->V);
     }
     total->rest = total->largest;
@@ -5839,6 +5841,8 @@ typedef struct ecp_i_problem {
     int (*start)(void *self, int k, ecp_real *z);
     /* betters a z at which Newton has stalled, or NULL */
     void (*repair)(void *self, ecp_real *z);
+    /* is what solves the equations at the last residual a solution to take? or NULL: always */
+    int (*valid)(void *self);
     /* takes this share of all that moves the bodies, or NULL; with none, the start number
        ECP_I_START_AT_REST is a solution or close to one */
     void (*load)(void *self, ecp_real share);
@@ -5878,6 +5882,9 @@ static int ecp_i_may(const ecp_options *o, int fallback)
 {
     return (o->fallbacks & (ECPSIM_FALLBACKS)&fallback) != 0;
 }
+
+/* are there no iterations left? */
+static int ecp_i_spent(const ecp_i_effort *effort) { return effort->iterations >= effort->most; }
 
 static ecp_real ecp_i_merit(int n, const ecp_real *F)
 {
@@ -6041,21 +6048,23 @@ static int ecp_i_at_rounding(const ecp_i_size *size, ecp_real tolerance)
 /* Newton from z, with a line search on |F|^2 / 2. A step of which the line search takes next to nothing
    is damped, the more the less it helps. Returns 1 with z solved to the tolerance, or 0. It aims at
    rounding, and is content with the tolerance, or with a rounding floor above it, only where another
-   iteration does not halve the residual: what one step misses is missed again by the warm start of the
-   next, and adds up. A start that is well below the tolerance is left as it is if `warm` says so, one in
-   which nothing moves (warm = 2, so nothing adds up) if it is below. */
+   iteration does not halve the residual (friction that the floor grants gets one more, to go from sticking to
+   slipping): what one step misses is missed again by the warm start of the next, and adds up. A start that is
+   well below the tolerance is left as it is if `warm` says so, one in which nothing moves (warm = 2, so nothing
+   adds up) if it is below. */
 static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, int limit,
                         ecp_real relax, ecp_real *z, ecp_i_effort *effort)
 {
     ecp_i_search s;
     ecp_i_lowest lowest;
     const ecp_i_size *now = &effort->size;
-    ecp_real before, above, t;
-    int k, most = limit;
+    ecp_real before, above, enough, t;
+    int k, most = limit, granted = 0;
     p->residual(p->self, z, relax, p->F, &effort->size);
     effort->evaluations++;
     if (ecp_i_at_rounding(now, tolerance)) return 1;
-    if (warm && now->error <= (warm > 1 ? tolerance : ecp_i_content(tolerance))) return 1;
+    enough = warm > 1 ? tolerance : ecp_i_content(tolerance);
+    if (warm && now->error <= enough && (!ECP_I_FRICTION || now->friction <= enough)) return 1;
     for (k = 0; k < ECP_I_MEMORY; k++) s.merits[k] = ecp_i_merit(p->n, p->F);
     lowest.merit = s.merits[0];
     lowest.age = 0;
@@ -6063,7 +6072,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     s.fine = 1;
     s.compliance = s.stride = s.miss = 0;
     for (k = 0; k < most; k++) {
-        if (effort->iterations >= effort->most) {
+        if (ecp_i_spent(effort)) {
             effort->most = -1;
             break;
         }
@@ -6097,7 +6106,8 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
         ECPSIM_MEMCPY(z, p->trial, (size_t)p->n * sizeof(ecp_real));
         if (ecp_i_at_rounding(now, tolerance)) return 1;
         if (now->error <= tolerance && 2 * now->largest > before &&
-            (now->error <= ecp_i_aim(tolerance) || 2 * now->error > above)) {
+            (now->error <= ecp_i_aim(tolerance) || 2 * now->error > above) &&
+            (!ECP_I_FRICTION || now->friction <= tolerance || granted++)) {
             return 1;
         }
         /* constraints are told apart no more finely than they hold yet: forces would fight over the
@@ -6131,7 +6141,7 @@ static int ecp_i_continue(const ecp_i_problem *p, ecp_real tolerance, int limit,
 {
     ecp_real relax = ECP_I_FIRST_RELAX;
     effort->fallbacks |= ECP_FALLBACK_CONTINUATION;
-    for (; relax > tolerance / 100; relax /= ECP_I_RELAX_DIVISOR) {
+    for (; relax > tolerance / 100 && !ecp_i_spent(effort); relax /= ECP_I_RELAX_DIVISOR) {
         ecp_i_newton(p, 0, ecp_i_max(relax * ECP_I_RELAX_PART, tolerance), limit, relax, z, effort);
         if (!ecp_i_all_finite(p->n, z)) return 0;
     }
@@ -6145,7 +6155,7 @@ static int ecp_i_continue_in_haste(const ecp_i_problem *p, ecp_real tolerance, e
 {
     ecp_real relax = ECP_I_HASTY_FIRST_RELAX, trial = ECP_I_HASTY_FIRST_TRIAL;
     effort->fallbacks |= ECP_FALLBACK_CONTINUATION;
-    for (; relax > tolerance / 100; relax /= ECP_I_HASTY_DIVISOR) {
+    for (; relax > tolerance / 100 && !ecp_i_spent(effort); relax /= ECP_I_HASTY_DIVISOR) {
         ecp_i_newton(p, 0, ecp_i_max(relax * ECP_I_HASTY_PART, tolerance), ECP_I_HASTY_LIMIT, relax,
                      z, effort);
         if (!ecp_i_all_finite(p->n, z)) return 0;
@@ -6170,7 +6180,7 @@ static int ecp_i_ramp(const ecp_i_problem *p, ecp_real tolerance, int limit, ecp
     effort->fallbacks |= ECP_FALLBACK_LOAD;
     p->start(p->self, ECP_I_START_AT_REST, z);
     ECPSIM_MEMCPY(p->kept, z, (size_t)p->n * sizeof(ecp_real));
-    for (k = 0; k < 40 && share < 1 && step > ECP_R(1e-3); k++) {
+    for (k = 0; k < 40 && share < 1 && step > ECP_R(1e-3) && !ecp_i_spent(effort); k++) {
         ecp_real next = ecp_i_min(1, share + step);
         p->load(p->self, next);
         if (ecp_i_newton(p, 0, tolerance, limit, 0, z, effort)) {
@@ -6192,6 +6202,7 @@ static int ecp_i_attempt(const ecp_i_problem *p, int warm, const ecp_options *o,
                          ecp_i_effort *effort)
 {
     if (ecp_i_newton(p, warm, o->tolerance, o->max_iterations, 0, z, effort)) return 1;
+    if (ecp_i_spent(effort)) return 0;
     if (warm && p->stalled && ecp_i_is_large(p) && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
         ECPSIM_MEMCPY(p->stalled, z, (size_t)p->n * sizeof(ecp_real));
         if (ecp_i_may(o, ECP_FALLBACK_GEOMETRIC)) {
@@ -6211,27 +6222,38 @@ static int ecp_i_attempt(const ecp_i_problem *p, int warm, const ecp_options *o,
     return ecp_i_newton(p, 0, o->tolerance, o->max_iterations, 0, z, effort);
 }
 
+/* Is that a solution to take? One in which nothing moves is. */
+static int ecp_i_takes(const ecp_i_problem *p, int solved, int still)
+{
+    return solved && (!ECP_I_PAIRS || still || !p->valid || p->valid(p->self));
+}
+
 /* The chain of attempts: Newton from the warm and the two geometric starts; from the second of these
    continuation in the relaxation, with care, and in the load; then the disturbed starts, by Newton
    (fully relaxed all starts lead to one solution). */
 static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *o, ecp_real *z,
                        ecp_i_effort *effort)
 {
-    int k, warm, limit = o->max_iterations;
-    for (k = 0; (warm = p->start(p->self, k, z)) > 0; k++) {
+    int k, warm, solved, limit = o->max_iterations;
+    for (k = 0;; k++) {
         int kind = k > 2 ? ECP_FALLBACK_MULTISTART : k > 0 ? ECP_FALLBACK_GEOMETRIC : 0;
-        if (k > 0 && effort->iterations >= effort->most) break;
+        if (k > 0 && ecp_i_spent(effort)) break; /* a start takes as long as some iterations */
         if (k > 2 && !ecp_i_may(o, kind)) break;
         if (k == 0 || ecp_i_may(o, kind)) {
+            warm = p->start(p->self, k, z);
+            if (warm == 0) break;
             effort->fallbacks |= kind;
-            if (ecp_i_attempt(p, k == 0 ? warm : 0, o, z, effort)) return 1;
+            solved = ecp_i_attempt(p, k == 0 ? warm : 0, o, z, effort);
+            if (ecp_i_takes(p, solved, k == 0 && warm > 1 && effort->iterations == 0)) return 1;
         }
         if (k == 2 && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
             p->start(p->self, k, z);
-            if (ecp_i_continue(p, o->tolerance, limit, z, effort)) return 1;
+            solved = ecp_i_continue(p, o->tolerance, limit, z, effort);
+            if (ecp_i_takes(p, solved, 0)) return 1;
         }
         if (k == 2 && p->load && ecp_i_may(o, ECP_FALLBACK_LOAD)) {
-            if (ecp_i_ramp(p, o->tolerance, limit, z, effort)) return 1;
+            solved = ecp_i_ramp(p, o->tolerance, limit, z, effort);
+            if (ecp_i_takes(p, solved, 0)) return 1;
         }
     }
     return 0;
@@ -6290,6 +6312,7 @@ static void ecp_i_mcp_residual(void *self, const ecp_real *z, ecp_real tau, ecp_
         ecp_i_worst(&worst, ecp_i_abs(F[i]));
     }
     total->largest = total->error = total->rest = worst;
+    total->friction = 0;
 }
 
 /* rows da e_i + db grad F_i; the least step where they are dependent */
@@ -6394,6 +6417,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     p.step = ecp_i_mcp_step;
     p.start = ecp_i_mcp_start;
     p.repair = NULL;
+    p.valid = NULL;
     p.load = NULL;
     p.kept = p.stalled = NULL;
     p.large = 0;
@@ -6420,6 +6444,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
 typedef struct ecp_i_posed {
     const ecp_shape *shape;
     ecp_real Q[9], x[3]; /* world pose of the primitive, up to one origin for all */
+    ecp_real way[3];     /* with all that it sweeps on this way; zero but in ecp_i_passes */
 } ecp_i_posed;
 
 /* the farthest point of a posed primitive along the world direction n (any length) */
@@ -6433,6 +6458,7 @@ static void ecp_i_farthest(const ecp_i_posed *p, const ecp_real n[3], ecp_real f
     p->shape->cls->support(p->shape, local, flat, at);
     ecp_i_mul(p->Q, at, out);
     ecp_i_axpy(out, 1, p->x, out);
+    if (ECP_I_PAIRS && ecp_i_dot(n, p->way) > 0) ecp_i_axpy(out, 1, p->way, out);
 }
 
 static void ecp_i_posed_centre(const ecp_i_posed *p, ecp_real out[3])
@@ -6565,6 +6591,7 @@ static void ecp_i_pose_turned(const ecp_i_pair *c, int side, int at_end, ecp_i_p
     const ecp_i_part *part = side ? c->b : c->a;
     const ecp_i_motion *m = side ? c->mb : c->ma;
     p->shape = &part->shape;
+    if (ECP_I_PAIRS) ecp_i_set3(0, 0, 0, p->way);
     ecp_i_mul(at_end ? m->R : m->R0, part->position, p->x);
     if (at_end) ecp_i_axpy(p->x, 1, m->dx, p->x);
     if (side) ecp_i_sub(p->x, c->offset, p->x);
@@ -6613,10 +6640,130 @@ static void ecp_i_move_apart(const ecp_i_posed *A, ecp_i_posed *B, ecp_real at_a
     ecp_i_copy3(apart, n);
 }
 
+/* what counts as apart, or as the rounding of it */
+static ecp_real ecp_i_slack(const ecp_i_pair *c)
+{
+    return ecp_i_sqrt(ECP_I_EPSILON) * (c->a->shape.radius + c->b->shape.radius);
+}
+
+/* the way of B as seen from A, from their poses where the step begins to the end of the trial motion */
+static void ecp_i_moved(const ecp_i_pair *c, const ecp_i_posed *A, const ecp_i_posed *B,
+                        ecp_real way[3])
+{
+    ecp_i_posed end;
+    ecp_i_pose(c, 0, 1, &end);
+    ecp_i_sub(A->x, end.x, way);
+    ecp_i_pose(c, 1, 1, &end);
+    ecp_i_axpy(way, 1, end.x, way);
+    ecp_i_sub(way, B->x, way);
+}
+
+/* Have the two gone through each other? Then they are apart at the end of the trial motion, along n, but the normal
+   has turned round, as the one that turns less sees it, and B was in A on the way (as poses are where the step
+   begins). What overlapped before may leave where it likes. Returns how deep in each other along n they were where the
+   step began, so to speak, or 0. */
+static ecp_real ecp_i_passes(const ecp_i_pair *c, const ecp_real n[3])
+{
+    ecp_i_posed A, B, apart;
+    ecp_real at_a[3], at_b[3], before[3], local[3], turned[3], depth;
+    const ecp_i_motion *m = ecp_i_norm(c->ma->v + 3) > ecp_i_norm(c->mb->v + 3) ? c->mb : c->ma;
+    ecp_i_pose(c, 0, 0, &A);
+    ecp_i_pose(c, 1, 0, &B);
+    depth = -ecp_i_separation(&A, &B, n);
+    if (depth <= ecp_i_slack(c)) return 0;
+    if (!(ecp_i_distance(&A, &B, at_a, at_b, before) > 0)) {
+        apart = B;
+        ecp_i_move_apart(&A, &apart, at_a, at_b, before);
+        if (ecp_i_separation(&A, &B, before) < -ecp_i_slack(c)) return 0;
+    }
+    ecp_i_mul_t(m->R0, before, local);
+    ecp_i_mul(m->R, local, turned);
+    if (ecp_i_dot(turned, n) >= -ECP_R(0.5))
+        return 0; /* by less than 120 degrees: round a corner */
+    ecp_i_moved(c, &A, &B, B.way);
+    return ecp_i_distance(&A, &B, at_a, at_b, before) > 0 ? ECP_R(0) : depth;
+}
+
+/* How far apart A and B would be along n after a step in which both move on as they do at its beginning, where
+   they are posed. */
+static ecp_real ecp_i_coasting(const ecp_i_pair *c, const ecp_i_posed *A, const ecp_i_posed *B,
+                               ecp_real h, const ecp_real n[3])
+{
+    const ecp_real *va = c->ma->body->v, *vb = c->mb->body->v;
+    ecp_real pa[3], pb[3], back[3], v[3];
+    ecp_i_scale(-1, n, back);
+    ecp_i_farthest(A, n, 0, pa);
+    ecp_i_farthest(B, back, 0, pb);
+    ecp_i_sub(vb, va, v);
+    ecp_i_sub(pb, pa, back);
+    ecp_i_axpy(back, h, v, back);
+    ecp_i_cross(va + 3, pa, v);
+    ecp_i_axpy(back, -h, v, back);
+    ecp_i_axpy(pb, 1, c->offset, pb);
+    ecp_i_cross(vb + 3, pb, v);
+    ecp_i_axpy(back, h, v, back);
+    return ecp_i_dot(n, back);
+}
+
+/* how far two slide on each other in a step, in their radii, so that it matters to which of them a point belongs */
+#define ECP_I_LONG_SLIDE ECP_R(0.1)
+
+/* Two that overlap at the end of the predicted motion, or have passed each other, leave each other along n where
+   they were apart when the step began, unless a normal of one of their faces parted them as well and is the shorter
+   way out, by half, of what their velocities do: a box that slides over a seam between others is held by the tops
+   of them all, and not by the side of the next. Then A, B, the nearest points and n are those of the end, with B
+   moved out that way. */
+static void ecp_i_shorter_way(const ecp_i_pair *c, ecp_real h, ecp_i_posed *A, ecp_i_posed *B,
+                              ecp_real at_a[3], ecp_real at_b[3], ecp_real n[3])
+{
+    ecp_i_posed A0, B0, A1, B1;
+    ecp_real local[3], before[3], after[3], out[3], best, way;
+    int side, i;
+    ecp_i_pose(c, 0, 0, &A0);
+    ecp_i_pose(c, 1, 0, &B0);
+    ecp_i_pose(c, 0, 1, &A1);
+    ecp_i_pose(c, 1, 1, &B1);
+    best = ecp_i_coasting(c, &A0, &B0, h, n);
+    ecp_i_copy3(n, out);
+    for (side = 0; side < 2 && best < -ecp_i_slack(c); side++) {
+        const ecp_i_posed *first = side ? &B0 : &A0, *last = side ? &B1 : &A1;
+        ecp_real *f = side ? c->on_b->fb : c->fa, *g = side ? c->on_b->gb : c->ga;
+        ecp_i_sub(side ? at_b : at_a, (side ? B : A)->x, before);
+        ecp_i_mul_t(first->Q, before, local);
+        first->shape->cls->eval(first->shape, local, f, g);
+        for (i = 0; i < (side ? c->nm : c->nl); i++) {
+            if (!ecp_i_normalise(g + 3 * i)) continue;
+            if (side) ecp_i_scale(-1, g + 3 * i, g + 3 * i);
+            ecp_i_mul(first->Q, g + 3 * i, before);
+            if (ecp_i_separation(&A0, &B0, before) < -ecp_i_slack(c)) continue;
+            way = ecp_i_coasting(c, &A0, &B0, h, before);
+            if (!(2 * way > best) || !(way > best)) continue;
+            best = way;
+            ecp_i_mul(last->Q, g + 3 * i, out);
+        }
+    }
+    if (ecp_i_equal(out, n)) {
+        /* the points of the beginning will do where the two slide by little */
+        ecp_i_moved(c, &A0, &B0, before);
+        ecp_i_axpy(before, -ecp_i_dot(before, n), n, before);
+        if (ecp_i_norm(before) <= ECP_I_LONG_SLIDE * ecp_i_min(A1.shape->radius, B1.shape->radius))
+            return;
+    }
+    way = ecp_i_max(-ecp_i_separation(&A1, &B1, out), 0);
+    way += ECP_R(1e-3) * ecp_i_min(A1.shape->radius, B1.shape->radius) + 2 * ecp_i_slack(c);
+    ecp_i_axpy(B1.x, way, out, B1.x);
+    if (!(ecp_i_distance(&A1, &B1, before, after, out) > 0)) return;
+    *A = A1;
+    *B = B1;
+    ecp_i_copy3(before, at_a);
+    ecp_i_copy3(after, at_b);
+    ecp_i_copy3(out, n);
+}
+
 /* Nearest points, in the frames of the primitives, and normal of a pair, wherever it is: apart at the
-   end of the predicted motion (if from_end), or else at the beginning of the step, or else moved
-   apart. */
-static void ecp_i_pair_nearest(const ecp_i_pair *c, int from_end, ecp_real at_a[3],
+   end of the predicted motion (if from_end), unless they have passed each other there, or else at the
+   beginning of the step, or else moved apart. */
+static void ecp_i_pair_nearest(const ecp_i_pair *c, int from_end, ecp_real h, ecp_real at_a[3],
                                ecp_real at_b[3], ecp_real n[3])
 {
     ecp_i_posed A, B;
@@ -6625,9 +6772,10 @@ static void ecp_i_pair_nearest(const ecp_i_pair *c, int from_end, ecp_real at_a[
     for (at_end = from_end; at_end >= 0; at_end--) {
         ecp_i_pose(c, 0, at_end, &A);
         ecp_i_pose(c, 1, at_end, &B);
-        if (ecp_i_distance(&A, &B, at_a, at_b, n) > 0) break;
+        if (ecp_i_distance(&A, &B, at_a, at_b, n) > 0 && !(at_end && ecp_i_passes(c, n) > 0)) break;
     }
     if (at_end < 0) ecp_i_move_apart(&A, &B, at_a, at_b, n);
+    if (from_end && at_end < 1) ecp_i_shorter_way(c, h, &A, &B, at_a, at_b, n);
     ecp_i_sub(at_a, A.x, x);
     ecp_i_mul_t(A.Q, x, at_a);
     ecp_i_sub(at_b, B.x, x);
@@ -6660,7 +6808,7 @@ static ecp_real ecp_i_depth(const ecp_i_pair *c, const ecp_i_patch *old)
     ecp_i_pose(c, 0, 0, &A);
     ecp_i_pose(c, 1, 0, &B);
     if (ecp_i_on_plane(c)) return ecp_i_max(0, -ecp_i_plane_gap(&A, &B, 0, n, a));
-    ecp_i_pair_nearest(c, 0, a, b, n);
+    ecp_i_pair_nearest(c, 0, 0, a, b, n);
     return ecp_i_max(0, -ecp_i_gap_along(c, 0, a, b, n));
 }
 
@@ -6693,7 +6841,7 @@ static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *gue
         ecp_i_sub(world_a, A.x, local);
         ecp_i_mul_t(A.Q, local, a);
     } else {
-        ecp_i_pair_nearest(c, 1, a, b, n);
+        ecp_i_pair_nearest(c, 1, h, a, b, n);
         gap = ecp_i_gap_along(c, 1, a, b, n);
         y[ecp_i_at_d(c)] = gap / (h * c->V);
     }
@@ -6845,7 +6993,7 @@ static void ecp_i_spots_find(ecp_i_pair *c, ecp_real h)
     if (ecp_i_on_plane(c))
         ecp_i_plane_gap(&A, &B, 0, n, at);
     else
-        ecp_i_pair_nearest(c, 1, spots[0].a, spots[0].b, n);
+        ecp_i_pair_nearest(c, 1, h, spots[0].a, spots[0].b, n);
     ecp_i_scale(-1, n, c->N);
     ecp_i_tangents(c);
     for (i = 0; i < ECP_I_SPOTS; i++) {
@@ -8222,13 +8370,65 @@ static void ecp_i_island_units(ecp_i_island *s)
 }
 
 /* the geometry of the last step's solution, in this step's units; impulses zero */
+/* The largest f_i of a primitive at a point x, seen from where positions are counted; f and g are room for it. */
+static ecp_real ecp_i_outside(const ecp_i_posed *p, const ecp_real x[3], int count, ecp_real *f,
+                              ecp_real *g)
+{
+    ecp_real rel[3], local[3], most;
+    int i;
+    ecp_i_sub(x, p->x, rel);
+    ecp_i_mul_t(p->Q, rel, local);
+    p->shape->cls->eval(p->shape, local, f, g);
+    most = f[0];
+    for (i = 1; i < count; i++) most = ecp_i_max(most, f[i]);
+    return most;
+}
+
+/* A pair's ECP a, in the frame of A, to start from that of the last step. Where one slides on the other it goes with
+   the one that moves, with A if both do, unless it would leave the other: the pressure of a box stays under the
+   box, on a floor that is a box as well. */
+static void ecp_i_carry_ecp(const ecp_i_pair *c, const ecp_i_patch *old, ecp_real h, ecp_real a[3])
+{
+    ecp_i_posed A, B;
+    ecp_real at[3], r[3], way[3], on_b[3], stays, goes;
+    const ecp_contact *k = &old->contact;
+    const ecp_real *va = c->ma->body->v, *vb = c->mb->body->v;
+    ecp_i_pose(c, 0, 0, &A);
+    ecp_i_mul(A.Q, old->a, at);
+    ecp_i_axpy(at, 1, A.x, at);
+    /* how far B slides, with the velocities that the step begins with */
+    ecp_i_sub(vb, va, way);
+    ecp_i_cross(at, va + 3, r);
+    ecp_i_axpy(way, 1, r, way);
+    ecp_i_axpy(at, 1, c->offset, on_b);
+    ecp_i_add_cross(vb + 3, on_b, way);
+    ecp_i_axpy(way, -ecp_i_dot(way, k->normal), k->normal, way);
+    ecp_i_scale(h, way, way);
+    if (!(ecp_i_norm(way) > ecp_i_slack(c))) return;
+    /* the poses at the end but for what the two move apart or together */
+    ecp_i_pose(c, 1, 0, &B);
+    ecp_i_axpy(B.x, 1, way, B.x);
+    ecp_i_axpy(at, -k->gap, k->normal, on_b);
+    stays = ecp_i_outside(&B, on_b, c->nm, c->on_b->fb, c->on_b->gb);
+    ecp_i_axpy(at, 1, way, at);
+    goes = ecp_i_outside(&A, at, c->nl, c->fa, c->ga);
+    if (ecp_i_moves_a(c) ? stays <= ecp_i_slack(c) || 2 * goes >= stays
+                         : goes > ecp_i_slack(c) && 2 * goes >= stays)
+        return;
+    ecp_i_sub(at, A.x, at);
+    ecp_i_mul_t(A.Q, at, a);
+}
+
 static void ecp_i_start_warm(const ecp_i_island *s, const ecp_i_pair *c, ecp_real *y)
 {
     const ecp_i_patch *old = ecp_i_patches(s->world) + c->old;
     const ecp_contact *contact = &old->contact;
     const ecp_real *multipliers = ecp_i_multipliers(s->world, c->old);
+    ecp_real a[3];
     int i;
-    ecp_i_scale(1 / c->L, old->a, y);
+    ecp_i_copy3(old->a, a);
+    if (!ecp_i_on_plane(c)) ecp_i_carry_ecp(c, old, s->h, a);
+    ecp_i_scale(1 / c->L, a, y);
     for (i = 0; i < c->nl; i++) y[3 + i] = multipliers[i];
     for (i = 0; i < ecp_i_nm(c); i++) y[ecp_i_at_m(c) + i] = multipliers[c->nl + i];
     if (!ecp_i_on_plane(c)) y[ecp_i_at_d(c)] = contact->gap / (s->h * c->V);
@@ -8261,8 +8461,63 @@ static void ecp_i_aside(const ecp_i_pair *c, int k, ecp_real a[3])
     c->a->shape.cls->support(&c->a->shape, local, 0, a);
 }
 
+/* Does a pair whose contact had no load meet in the predicted motion? Then its normal need not be the one that it
+   had before. */
+static int ecp_i_turns_up(const ecp_i_pair *c, const ecp_i_patch *old)
+{
+    ecp_i_posed A, B;
+    ecp_real n[3];
+    if (ecp_i_on_plane(c) || old->contact.p_n > 0) return 0;
+    ecp_i_pose(c, 0, 1, &A);
+    ecp_i_pose(c, 1, 1, &B);
+    ecp_i_scale(-1, old->contact.normal, n);
+    return ecp_i_separation(&A, &B, n) < -ecp_i_slack(c);
+}
+
 /* the last of the starts; fallbacks that a program does without need none but the warm one */
 #define ECP_I_STARTS ((ECPSIM_FALLBACKS) & ~(ECP_FALLBACK_SUBSTEPS | ECP_FALLBACK_CHORD) ? 10 : 0)
+
+/* Is it a pair that starts after the others, warm or geometric as it has turned out then? */
+static int ecp_i_waits(const ecp_i_island *s, const ecp_i_pair *c, int first)
+{
+    const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
+    return first && !ecp_i_on_plane(c) && (!old || old->guess || !(old->contact.p_n > 0));
+}
+
+/* The unknowns of a patch in start k, its impulse on the bodies, and what that may be off. Returns whether that is
+   the impulse of the last step. */
+static int ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, ecp_real *z)
+{
+    static const ecp_real none[3] = {0, 0, 0};
+    const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
+    int warm = first && old && !old->guess && !ecp_i_turns_up(c, old);
+    ecp_real aside[3];
+    if (ECP_I_CENTRING && first && old) {
+        s->uncentred |= old->centred == 0;
+        s->in_vain |= old->centred < 0;
+    }
+    c->relax = 0;
+    if (warm)
+        ecp_i_start_warm(s, c, z + c->at);
+    else
+        ecp_i_start_geometric(
+            c, s->h, old && (first ? old->guess || ecp_i_on_plane(c) : s->nearest) ? old->a : NULL,
+            ECP_I_FLAT, z + c->at);
+    ecp_i_pair_geometry(c, z + c->at);
+    if (!ecp_i_on_plane(c)) ecp_i_set_direction(c);
+    if (k > 6) {
+        ecp_i_aside(c, k, aside);
+        ecp_i_start_geometric(c, s->h, aside, ECP_I_FLAT, z + c->at);
+        ecp_i_pair_geometry(c, z + c->at);
+        ecp_i_tangents(c);
+    }
+    if (warm) ecp_i_start_impulses(s, c, z + c->at);
+    ecp_i_pair_impulse(c, z + c->at);
+    ecp_i_pair_noise(c, s->h, 2 * s->noise);
+    if (ecp_i_moves_a(c)) ecp_i_wrench(c, c->ma, warm ? c->ra : none, 1);
+    if (ecp_i_moves_b(c)) ecp_i_wrench(c, c->mb, warm ? c->rb : none, -1);
+    return warm;
+}
 
 /* Start k: the patches warm (0), geometric (1), from several points each (2), geometric for the pose
    that a part of the free motion leads to (3 to 6), or geometric with the ECPs to one side (7 to 10).
@@ -8272,10 +8527,10 @@ static void ecp_i_aside(const ecp_i_pair *c, int k, ecp_real a[3])
    or come and go in turn with the impulse that takes them back. */
 static int ecp_i_island_start(void *self, int k, ecp_real *z)
 {
-    static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)}, none[3] = {0, 0, 0};
+    static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)};
     ecp_i_island *s = (ecp_i_island *)self;
-    ecp_real aside[3], dv[6];
-    int i, j, first = ECP_I_STARTS == 0 || k == 0, moves = 0;
+    ecp_real dv[6];
+    int i, j, first = ECP_I_STARTS == 0 || k == 0, moves = 0, waiting = 0, known = 1;
     if (k > ECP_I_STARTS) return 0;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
@@ -8291,33 +8546,21 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         m->noise = m->jitter = 0;
         ecp_i_move(m, s->h, dv);
     }
+    /* pairs that are new, or were not loaded, where the impulses of the others lead if these are known */
     for (i = 0; i < s->pair_count; i++) {
-        ecp_i_pair *c = s->pairs[i];
-        const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
-        int warm = first && old && !old->guess;
-        if (ECP_I_CENTRING && first && old) {
-            s->uncentred |= old->centred == 0;
-            s->in_vain |= old->centred < 0;
-        }
-        c->relax = 0;
-        if (warm)
-            ecp_i_start_warm(s, c, z + c->at);
+        if (ecp_i_waits(s, s->pairs[i], first))
+            waiting = 1;
         else
-            ecp_i_start_geometric(c, s->h, old && (first || s->nearest) ? old->a : NULL, ECP_I_FLAT,
-                                  z + c->at);
-        ecp_i_pair_geometry(c, z + c->at);
-        if (!ecp_i_on_plane(c)) ecp_i_set_direction(c);
-        if (k > 6) {
-            ecp_i_aside(c, k, aside);
-            ecp_i_start_geometric(c, s->h, aside, ECP_I_FLAT, z + c->at);
-            ecp_i_pair_geometry(c, z + c->at);
-            ecp_i_tangents(c);
-        }
-        if (warm) ecp_i_start_impulses(s, c, z + c->at);
-        ecp_i_pair_impulse(c, z + c->at);
-        ecp_i_pair_noise(c, s->h, 2 * s->noise);
-        if (ecp_i_moves_a(c)) ecp_i_wrench(c, c->ma, warm ? c->ra : none, 1);
-        if (ecp_i_moves_b(c)) ecp_i_wrench(c, c->mb, warm ? c->rb : none, -1);
+            known &= ecp_i_start_patch(s, s->pairs[i], k, first, z);
+    }
+    for (i = 0; waiting && known && i < ecp_i_body_count(s); i++) {
+        ecp_i_motion *m = ecp_i_mover(s, i);
+        ecp_i_velocity_change(m, m->residual, dv);
+        for (j = 0; j < 6; j++) dv[j] = m->free[j] - dv[j];
+        ecp_i_move(m, s->h, dv);
+    }
+    for (i = 0; waiting && i < s->pair_count; i++) {
+        if (ecp_i_waits(s, s->pairs[i], first)) ecp_i_start_patch(s, s->pairs[i], k, first, z);
     }
     if (k == 2) return ecp_i_start_spots(s, z);
     for (i = 0; first && i < ecp_i_body_count(s); i++) {
@@ -8364,6 +8607,19 @@ static void ecp_i_island_repair(void *self, ecp_real *z)
         for (k = 0; k <= ecp_i_nf(c); k++) p[k] = impulses[k];
     }
 }
+
+/* the first pair that has gone through each other, or NULL */
+static const ecp_i_pair *ecp_i_passing(const ecp_i_island *s)
+{
+    int i;
+    for (i = 0; i < s->pair_count; i++) {
+        const ecp_i_pair *c = s->pairs[i];
+        if (!ecp_i_on_plane(c) && ecp_i_passes(c, c->n) > 0) return c;
+    }
+    return NULL;
+}
+
+static int ecp_i_island_valid(void *self) { return !ecp_i_passing((const ecp_i_island *)self); }
 
 /* What moves the bodies: their momentum before the step and the impulses of the step. `share` of it
    is taken, so that with nothing of it they stay at rest where they are. */
@@ -8533,7 +8789,7 @@ static ecp_status ecp_i_no_room(ecp_i_step *step, const ecp_i_island *s, int lab
 }
 
 /* the most work of contacts that may pass for the curvature of their gaps */
-#define ECP_I_MOST_WORK ECP_R(0.25)
+#define ECP_I_MOST_WORK ECP_R(0.05)
 
 /* The work of the island's contacts: the sum of p . v, v at the end of the step, in units of the sum of
    m vs^2. The kinetic energy is that of the free motion, plus this, less |dv|^2_M / 2, dv what the
@@ -8646,6 +8902,7 @@ static void ecp_i_island_problem(ecp_i_island *s, ecp_real *const *vectors, ecp_
     p->step = ecp_i_island_step;
     p->start = ecp_i_island_start;
     p->repair = (ECPSIM_FALLBACKS)&ECP_FALLBACK_GEOMETRIC ? ecp_i_island_repair : NULL;
+    p->valid = ECP_I_PAIRS ? ecp_i_island_valid : NULL;
     p->load = (ECPSIM_FALLBACKS)&ECP_FALLBACK_LOAD ? ecp_i_island_load : NULL;
     p->F = vectors[1];
     p->kept = vectors[2];
@@ -8705,6 +8962,10 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
         /* near overflow rounding floors let anything pass */
         solved = 0;
         effort.size.error = effort.size.largest;
+    }
+    if (!solved && ECP_I_PAIRS && effort.size.error <= step->o->tolerance) {
+        const ecp_i_pair *c = ecp_i_passing(&s);
+        if (c) return ecp_i_not_solved(step, c, ecp_i_passes(c, c->n), 0);
     }
     if (!solved) {
         return ecp_i_not_solved(step, ecp_i_worst_pair(&s, p.F), effort.size.error,
@@ -8907,14 +9168,14 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
 /* after this many times max_iterations, counted for each unknown, no further sub-step is tried */
 #define ECP_I_EFFORT ECP_R(20000.0)
 
-/* The step in parts, which grow by 2 where they succeed and shrink by 4 where they fail, so that the
-   instant that makes trouble is passed in a short one; only the shortest take the dearer fallbacks.
+/* The step in parts, which grow by 2 where they succeed, up to half of the last that failed, and shrink
+   by 4 where they fail, so that what makes trouble is passed in short ones; only the shortest take the dearer fallbacks.
    Forces act in all of them, impulses in the first. before: the bodies as the step found them. *works:
    whether anything has failed for the work of its contacts. */
 static ecp_status ecp_i_take_parts(ecp_world *world, ecp_real h, const ecp_options *o, size_t spare,
                                    const ecp_i_body *before, int *works, ecp_report *r)
 {
-    ecp_real rest = 1, part = ECP_R(0.5);
+    ecp_real rest = 1, part = ECP_R(0.5), most = 1;
     ecp_options quick = *o;
     ecp_status status;
     int i, iterations = r->iterations;
@@ -8924,7 +9185,7 @@ static ecp_status ecp_i_take_parts(ecp_world *world, ecp_real h, const ecp_optio
         status = ecp_i_step_once(world, h * part, part > ECP_I_SHORT ? &quick : o, spare, r);
         if (status == ECP_OK) {
             rest -= part;
-            part = ecp_i_min(2 * part, rest);
+            part = ecp_i_min(ecp_i_min(2 * part, most), rest);
             for (i = 0; rest > 0 && i < world->bodies; i++) {
                 ECPSIM_MEMCPY(ecp_i_bodies(world)[i].force, before[i].force,
                               sizeof before[i].force);
@@ -8934,6 +9195,7 @@ static ecp_status ecp_i_take_parts(ecp_world *world, ecp_real h, const ecp_optio
             if (status == ECP_OK) continue;
         }
         *works |= ecp_i_works(o, r);
+        most = part / 2;
         part /= 4;
         if (status != ECP_NOT_SOLVED ||
             part < (*works ? ECP_I_SHORTEST_FOR_WORK : ECP_I_SHORTEST) ||
@@ -9125,6 +9387,7 @@ static void ecp_i_pose_of(const ecp_world *w, int shape, const ecp_real origin[3
     ecp_real R[9], x[3];
     ecp_quat_to_matrix(b->q, R);
     p->shape = &part->shape;
+    if (ECP_I_PAIRS) ecp_i_set3(0, 0, 0, p->way);
     ecp_i_matmul(R, part->rotation, p->Q);
     ecp_i_mul(R, part->position, p->x);
     ecp_i_sub(b->x, origin, x);

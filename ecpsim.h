@@ -790,7 +790,7 @@ typedef struct ecp_report {
     ecp_real worst_gap;        /* the least separation of a patch, m; below zero: penetration */
     ecp_real work;         /* the most that the contacts of an island add to its energy, in units of
                               the sum of m vs^2 over its bodies, without what pushes overlaps apart.
-                              More than 0.25 is given up for sub-steps, where they may be used and
+                              More than 0.1 is given up for sub-steps, where they may be used and
                               max_total_iterations is 0, and taken if they do no better. (0 if
                               ECPSIM_FALLBACKS is without them) */
     ecp_real worst_cone;   /* max of |y| - mu p_n over the patches, N s; y as in docs/model.md */
@@ -8789,7 +8789,7 @@ static ecp_status ecp_i_no_room(ecp_i_step *step, const ecp_i_island *s, int lab
 }
 
 /* the most work of contacts that may pass for the curvature of their gaps */
-#define ECP_I_MOST_WORK ECP_R(0.05)
+#define ECP_I_MOST_WORK ECP_R(0.1)
 
 /* The work of the island's contacts: the sum of p . v, v at the end of the step, in units of the sum of
    m vs^2. The kinetic energy is that of the free motion, plus this, less |dv|^2_M / 2, dv what the
@@ -9932,6 +9932,7 @@ static void ecp_i_lead_in(ecp_i_advance *a, ecp_real h)
             ecp_quat_advance(b->q, b->v + 3, h, q);
             ecp_quat_to_matrix(q, R);
             A.shape = &part->shape;
+            if (ECP_I_PAIRS) ecp_i_set3(0, 0, 0, A.way);
             ecp_i_matmul(R, part->rotation, A.Q);
             ecp_i_mul(R, part->position, A.x);
             /* (in the frame of the body at the end) */

@@ -94,8 +94,10 @@
    A TIME WITHIN A TOLERANCE
    A step is first order: ten times the work for a digit. ecp_advance() reaches a time within a
    tolerance and chooses its steps and their order by itself, up to twelve; it finds landings, stops
-   and other changes of the contacts where they happen. The world needs memory for it
-   (examples/advance.c, docs/advance.md; a program that does not name it does not have it):
+   and other changes of the contacts where they happen. Where these are too dense to be told apart
+   it goes on without the tolerance: report.forced says how often, report.error how far off. The
+   world needs memory for it (examples/advance.c, docs/advance.md; a program that does not name it
+   does not have it):
 
        desc.advance_order = 8;
        ...
@@ -107,17 +109,17 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 47,056.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 49,732.
 
-       ECPSIM_NO_PAIRS     13,304  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     15,844  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   3,720  contacts are smooth, whatever the materials say
-       ECPSIM_NO_SLEEP      1,280  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   1,148  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     6,328  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
+       ECPSIM_NO_FRICTION   3,764  contacts are smooth, whatever the materials say
+       ECPSIM_NO_SLEEP      1,272  options.sleep = 1 is ECP_BAD_OPTION
+       ECPSIM_NO_CENTRING   1,104  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS     6,368  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
                                    nothing is said). Options that ask for others are ECP_BAD_OPTION.
-                                   2,696 if it is ECP_FALLBACK_GEOMETRIC; without
-                                   ECP_FALLBACK_SUBSTEPS 1,368 and the work memory for a second state
+                                   2,848 if it is ECP_FALLBACK_GEOMETRIC; without
+                                   ECP_FALLBACK_SUBSTEPS 1,376 and the work memory for a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
@@ -179,9 +181,9 @@
 
    LIMITS
    A step is first order in h, like every time-stepping scheme of this kind; impacts do not bounce.
-   Two thin bodies that pass each other entirely within one step are not seen. A cone's tip is a
-   disc of 1e-5 of its size. With several contacts the impulses are one solution of many. Where a
-   body turns far within a step its gyroscopic moment is taken at the end of the step, not at the
+   Within a step a body does not go through another, but may cut a corner, or pass where one of the
+   two turns far. A cone's tip is a disc of 1e-5 of its size. With several contacts the impulses are
+   one solution of many. Where a body turns far within a step its gyroscopic moment is taken at the end of the step, not at the
    beginning.
 
    REAL TIME
@@ -784,7 +786,8 @@ typedef struct ecp_report {
     int body, shape_a, shape_b; /* if status is not ECP_OK: where, or -1. An island that is not
                                    solved gives the patch whose equations are missed the most
                                    where its last attempt ended (ECPSIM_NO_PAIRS: its first) */
-    ecp_real value, limit; /* if status is not ECP_OK: the value met and the one it must meet */
+    ecp_real value, limit; /* if status is not ECP_OK: the value met and the one it must meet; the
+                              depth and 0, where all that was found went through each other */
     ecp_real merit; /* |F|^2 / 2, friction rows weighed by their load, summed over the islands */
     ecp_real natural_residual; /* max |F_i|, rounding floors included */
     ecp_real worst_gap;        /* the least separation of a patch, m; below zero: penetration */

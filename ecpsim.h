@@ -181,10 +181,10 @@
 
    LIMITS
    A step is first order in h, like every time-stepping scheme of this kind; impacts do not bounce.
-   Within a step a body does not go through another, but may cut a corner, or pass where one of the
-   two turns far. A cone's tip is a disc of 1e-5 of its size. With several contacts the impulses are
-   one solution of many. Where a body turns far within a step its gyroscopic moment is taken at the end of the step, not at the
-   beginning.
+   A solution in which bodies go straight through each other in a step is not taken; one that turns
+   far in the step, or that cuts a corner, may end on the other side. A cone's tip is a disc of 1e-5
+   of its size. With several contacts the impulses are one solution of many. Where a body turns far
+   within a step its gyroscopic moment is taken at the end of the step, not at the beginning.
 
    REAL TIME
    options.max_total_iterations bounds the Newton iterations of a step, all attempts together; a step

@@ -7453,6 +7453,7 @@ typedef struct ecp_i_step {
     ecp_real h;
     const ecp_options *o;
     ecp_report *r;
+    int *cut; /* if not NULL set to 1 where an island is given up early, for shorter steps */
     int is_watched,
         has_sleepers; /* options.sleep; and whose flag is set may be left out of this step */
     ecp_i_arena arena;
@@ -8915,11 +8916,22 @@ static void ecp_i_island_problem(ecp_i_island *s, ecp_real *const *vectors, ecp_
     p->stalled = ECP_I_VECTORS > 6 ? vectors[ECP_I_VECTORS - 1] : NULL;
 }
 
+/* Three bodies and more that the first starts do not solve are sooner solved in shorter steps than by what
+   is left of the chain: of 2,000 attempts by it in heaps of 10 to 20 bodies one in twenty led anywhere. In
+   large islands continuation mostly does. */
+static int ecp_i_hurries(const ecp_i_step *step, const ecp_i_island *s)
+{
+    const int parts = (ECPSIM_FALLBACKS)&ECP_FALLBACK_SUBSTEPS;
+    return ECP_I_PAIRS && parts != 0 && step->cut && s->body_count > 2;
+}
+
 static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
 {
     ecp_i_island s;
     ecp_i_problem p;
     ecp_i_effort effort = ecp_i_effort_after(step->o, step->r->iterations);
+    ecp_options hasty;
+    const ecp_options *o = step->o;
     ecp_real *vectors[ECP_I_VECTORS], *z, *best, merit;
     size_t mark = step->arena.used;
     int i, solved, centred = 1;
@@ -8932,14 +8944,20 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     best = vectors[2];
     ecp_i_island_problem(&s, vectors, &p);
     ecp_i_island_units(&s);
+    if (ecp_i_hurries(step, &s)) {
+        hasty = *o;
+        hasty.fallbacks &= ECP_FALLBACK_GEOMETRIC | (p.large ? ECP_FALLBACK_CONTINUATION : 0);
+        o = &hasty;
+        *step->cut = 1;
+    }
     /* in float first with normals held to rounding, and if that finds nothing with the tolerance alone */
     do {
-        solved = ecp_i_solve(&p, step->o, z, &effort);
+        solved = ecp_i_solve(&p, o, z, &effort);
     } while (!solved && ECP_I_STRICT_NORMALS && !s.loose++);
-    if (!solved && ECP_I_FRICTION && ecp_i_may(step->o, ECP_FALLBACK_CHORD)) {
+    if (!solved && ECP_I_FRICTION && ecp_i_may(o, ECP_FALLBACK_CHORD)) {
         effort.fallbacks |= ECP_FALLBACK_CHORD;
         s.chord = s.h;
-        solved = ecp_i_solve(&p, step->o, z, &effort);
+        solved = ecp_i_solve(&p, o, z, &effort);
     }
     if (ECP_I_CENTRING && solved && step->o->rule == ECP_CENTRED) {
         if (s.many || s.uncentred)
@@ -8996,6 +9014,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
         if (!ECP_I_FRICTION) continue;
         step->r->worst_cone = ecp_i_max(step->r->worst_cone, ecp_i_cone_violation(c));
     }
+    if (o == &hasty) *step->cut = 0;
     return ECP_OK;
 }
 
@@ -9121,13 +9140,15 @@ static ecp_status ecp_i_commit(ecp_i_step *s)
 }
 
 /* One step of the length h, all or nothing; the report adds up. `spare` bytes at the end of the
-   block are somebody else's. */
+   block are somebody else's. cut: NULL, or 0, and set to 1 where the step fails by an island that was given
+   up early (ecp_i_hurries). */
 static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_options *o, size_t spare,
-                                  ecp_report *r)
+                                  int *cut, ecp_report *r)
 {
     ecp_i_step s;
     ecp_status status = ECP_OK;
     int i, asleep;
+    s.cut = cut;
     s.extras = s.pair_count = s.has_sleepers = 0;
     s.w = world;
     s.h = h;
@@ -9162,30 +9183,43 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
     return status;
 }
 
-/* sub-steps of one step, and how short they may be: h / 2^20, or h / 2^7 where contacts do work */
+/* sub-steps of one step, and how short they may be: h / 2^20, or h / 2^7 in haste and where contacts do
+   work */
 #define ECP_I_SUBSTEPS 256
 #define ECP_I_SHORTEST (ECP_R(1.0) / 1048576)
-#define ECP_I_SHORTEST_FOR_WORK (ECP_R(1.0) / 128)
+#define ECP_I_NOT_SO_SHORT (ECP_R(1.0) / 128)
 #define ECP_I_SHORT (ECP_R(1.0) / 1024)
 
-/* after this many times max_iterations, counted for each unknown, no further sub-step is tried */
+/* after this many times max_iterations, counted for each unknown, no further sub-step is tried; in haste not
+   before twice the iterations that the whole step has taken */
 #define ECP_I_EFFORT ECP_R(20000.0)
 
+/* have the parts of a step, tried since `before` iterations, taken as many as they may? */
+static int ecp_i_tires(const ecp_options *o, int hasty, int before, const ecp_report *r)
+{
+    ecp_real taken = (ecp_real)r->iterations - (ecp_real)before;
+    return ecp_i_effort_after(o, r->iterations).most == 0 ||
+           (taken * (ecp_real)r->unknowns > ECP_I_EFFORT * (ecp_real)o->max_iterations &&
+            !(hasty && taken < 2 * (ecp_real)before));
+}
+
 /* The step in parts, which grow by 2 where they succeed, up to half of the last that failed, and shrink
-   by 4 where they fail, so that what makes trouble is passed in short ones; only the shortest take the dearer fallbacks.
-   Forces act in all of them, impulses in the first. before: the bodies as the step found them. *works:
-   whether anything has failed for the work of its contacts. */
+   by 4 where they fail, so that what makes trouble is passed in short ones; only the shortest take the dearer
+   fallbacks, and in haste (ecp_i_hurries) there are none so short. Forces act in all of them, impulses in the
+   first. before: the bodies as the step found them. *works: whether anything has failed for the work of
+   its contacts. */
 static ecp_status ecp_i_take_parts(ecp_world *world, ecp_real h, const ecp_options *o, size_t spare,
-                                   const ecp_i_body *before, int *works, ecp_report *r)
+                                   int hasty, const ecp_i_body *before, int *works, ecp_report *r)
 {
     ecp_real rest = 1, part = ECP_R(0.5), most = 1;
     ecp_options quick = *o;
     ecp_status status;
-    int i, iterations = r->iterations;
+    int i, cut = 0, iterations = r->iterations;
     quick.fallbacks &= ECP_FALLBACK_GEOMETRIC | ECP_FALLBACK_CONTINUATION | ECP_FALLBACK_SUBSTEPS;
     r->substeps = 0;
     while (rest > 0) {
-        status = ecp_i_step_once(world, h * part, part > ECP_I_SHORT ? &quick : o, spare, r);
+        status = ecp_i_step_once(world, h * part, part > ECP_I_SHORT ? &quick : o, spare,
+                                 hasty ? &cut : NULL, r);
         if (status == ECP_OK) {
             rest -= part;
             part = ecp_i_min(ecp_i_min(2 * part, most), rest);
@@ -9201,40 +9235,45 @@ static ecp_status ecp_i_take_parts(ecp_world *world, ecp_real h, const ecp_optio
         most = part / 2;
         part /= 4;
         if (status != ECP_NOT_SOLVED ||
-            part < (*works ? ECP_I_SHORTEST_FOR_WORK : ECP_I_SHORTEST) ||
-            r->substeps == ECP_I_SUBSTEPS || ecp_i_effort_after(o, r->iterations).most == 0 ||
-            (ecp_real)(r->iterations - iterations) * (ecp_real)r->unknowns >
-                ECP_I_EFFORT * (ecp_real)o->max_iterations) {
+            part < (hasty || *works ? ECP_I_NOT_SO_SHORT : ECP_I_SHORTEST) ||
+            r->substeps == ECP_I_SUBSTEPS || ecp_i_tires(o, hasty, iterations, r)) {
             return status;
         }
     }
     return ECP_OK;
 }
 
-/* A step that has failed, in parts. If there is no way but by contacts that do work they may: in the whole
-   step, or else in parts again. The state before is kept at the end of the block. */
+/* A step that has failed, in parts; if it was given up early (cut) first in haste, then whole with all
+   fallbacks. If there is no way but by contacts that do work they may: in the whole step, or else in parts
+   again. The state before is kept at the end of the block. */
 static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_options *o,
-                                      size_t spare, ecp_report *r)
+                                      size_t spare, int cut, ecp_report *r)
 {
     unsigned char *block = (unsigned char *)world,
                   *saved = block + world->bytes - spare - world->state_bytes;
     size_t bytes = world->state_bytes;
     const ecp_i_body *before = (const ecp_i_body *)(void *)(saved + world->bodies_at);
     ecp_options lenient = *o;
-    ecp_status status;
-    int works = ecp_i_works(o, r);
+    ecp_status status = ECP_NOT_SOLVED;
+    int k, last = 2, works = ecp_i_works(o, r);
     lenient.fallbacks &= ~ECP_FALLBACK_SUBSTEPS;
     ECPSIM_MEMCPY(saved, block, bytes);
     r->fallbacks |= ECP_FALLBACK_SUBSTEPS;
-    status = ecp_i_take_parts(world, h, o, bytes + spare, before, &works, r);
-    if (status == ECP_NOT_SOLVED && works) {
+    for (k = cut ? 0 : 2; k <= last && status == ECP_NOT_SOLVED; k++) {
+        const ecp_options *way = k > 2 ? &lenient : o;
         ECPSIM_MEMCPY(block, saved, bytes);
-        works = 0;
         r->substeps = 1;
-        status = ecp_i_step_once(world, h, &lenient, bytes + spare, r);
-        if (status == ECP_NOT_SOLVED) {
-            status = ecp_i_take_parts(world, h, &lenient, bytes + spare, before, &works, r);
+        if (k == 1 || k == 3) {
+            status = ecp_i_step_once(world, h, way, bytes + spare, NULL, r);
+            works |= ecp_i_works(way, r);
+        } else {
+            status = ecp_i_take_parts(world, h, way, bytes + spare, k == 0, before, &works, r);
         }
+        if (k == 2 && works) {
+            last = 4;
+            works = 0;
+        }
+        if (ecp_i_effort_after(o, r->iterations).most == 0) break;
     }
     if (status != ECP_OK) ECPSIM_MEMCPY(block, saved, bytes);
     ECPSIM_MEMSET(saved, 0, bytes);
@@ -9256,10 +9295,10 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
     if (status == ECP_OK && !(h > 0)) status = ecp_i_fail(&r, ECP_BAD_STEP, -1, -1, -1, h, 0);
     if (status == ECP_OK) {
         r.substeps = 1;
-        status = ecp_i_step_once(world, h, &o, 0, &r);
-        if (status == ECP_NOT_SOLVED && ecp_i_may(&o, ECP_FALLBACK_SUBSTEPS) &&
-            ecp_i_effort_after(&o, r.iterations).most > 0) {
-            status = ecp_i_step_by_parts(world, h, &o, 0, &r);
+        int parts = ecp_i_may(&o, ECP_FALLBACK_SUBSTEPS), cut = 0;
+        status = ecp_i_step_once(world, h, &o, 0, parts ? &cut : NULL, &r);
+        if (status == ECP_NOT_SOLVED && parts && ecp_i_effort_after(&o, r.iterations).most > 0) {
+            status = ecp_i_step_by_parts(world, h, &o, 0, cut, &r);
         }
     }
     if (status == ECP_OK) {
@@ -9977,7 +10016,7 @@ static ecp_status ecp_i_macro_column(ecp_i_advance *a, int column)
         ecp_i_load_at(a, a->t + (ecp_real)(i + 1) * h);
         if (i == column - 1) ecp_i_velocities(w, 0, -1 / h, a->rate_now);
         ecp_i_clear_report(&a->r->step);
-        status = ecp_i_step_once(w, h, &a->step, a->bytes, &a->r->step);
+        status = ecp_i_step_once(w, h, &a->step, a->bytes, NULL, &a->r->step);
         a->r->solves++;
         a->r->step.status = status;
         if (status != ECP_OK) return status;
@@ -10187,7 +10226,7 @@ static void ecp_i_project(ecp_i_advance *a)
         }
         ecp_i_copy3(none, w->desc.gravity);
         ECPSIM_MEMSET(&quiet, 0, sizeof quiet);
-        status = ecp_i_step_once(w, w->last_h, &a->step, a->bytes, &quiet);
+        status = ecp_i_step_once(w, w->last_h, &a->step, a->bytes, NULL, &quiet);
         a->r->solves++;
         for (i = 0; status == ECP_OK && i < w->bodies; i++) {
             if (b[i].kind != ECP_DYNAMIC) continue;
@@ -10411,9 +10450,9 @@ static ecp_i_outcome ecp_i_plain_step(ecp_i_advance *a, ecp_real left, ecp_statu
         ecp_i_load_at(a, a->t + a->H);
         ecp_i_clear_report(&a->r->step);
         if (ecp_i_may(&a->step, ECP_FALLBACK_SUBSTEPS))
-            *status = ecp_i_step_by_parts(w, a->H, &a->step, a->bytes, &a->r->step);
+            *status = ecp_i_step_by_parts(w, a->H, &a->step, a->bytes, 0, &a->r->step);
         else
-            *status = ecp_i_step_once(w, a->H, &a->step, a->bytes, &a->r->step);
+            *status = ecp_i_step_once(w, a->H, &a->step, a->bytes, NULL, &a->r->step);
         w->printed_moment = 1;
         a->r->solves += a->r->step.substeps;
         a->r->step.status = *status;
@@ -10574,7 +10613,7 @@ static int ecp_i_velocities_after(ecp_i_advance *a, ecp_real h)
         ecp_i_load_at(a, a->t + shorter);
         ecp_i_clear_report(&a->r->step);
         a->r->solves++;
-        a->r->step.status = ecp_i_step_once(w, shorter, &a->step, a->bytes, &a->r->step);
+        a->r->step.status = ecp_i_step_once(w, shorter, &a->step, a->bytes, NULL, &a->r->step);
         if (a->r->step.status != ECP_OK) return 0;
         for (i = 0; i < w->bodies; i++, row += 12) {
             if (!ecp_i_moves(before + i)) continue;

@@ -345,7 +345,7 @@ static void test_sleep_substeps(void)
     CHECK(sleep_steps(&run, 20) == 6);
     for (k = 0; k < 2; k++) {
         memset(run.r + k, 0, sizeof run.r[k]);
-        CHECK(ecp_i_step_by_parts(run.w[k], run.h, run.o + k, 0, run.r + k) == ECP_OK);
+        CHECK(ecp_i_step_by_parts(run.w[k], run.h, run.o + k, 0, 0, run.r + k) == ECP_OK);
         CHECK(run.r[k].substeps == 2 && run.r[k].asleep == 0);
     }
     CHECK(sleep_same(run.w[0], run.w[1]));

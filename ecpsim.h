@@ -9205,13 +9205,14 @@ static int ecp_i_tires(const ecp_options *o, int hasty, int before, const ecp_re
 
 /* The step in parts, which grow by 2 where they succeed, up to half of the last that failed, and shrink
    by 4 where they fail, so that what makes trouble is passed in short ones; only the shortest take the dearer
-   fallbacks, and in haste (ecp_i_hurries) there are none so short. Forces act in all of them, impulses in the
+   fallbacks, and in haste (ecp_i_hurries) there are none so short. In haste they begin with other lengths, as
+   what is tried after it without would otherwise end in the same jam. Forces act in all of them, impulses in the
    first. before: the bodies as the step found them. *works: whether anything has failed for the work of
    its contacts. */
 static ecp_status ecp_i_take_parts(ecp_world *world, ecp_real h, const ecp_options *o, size_t spare,
                                    int hasty, const ecp_i_body *before, int *works, ecp_report *r)
 {
-    ecp_real rest = 1, part = ECP_R(0.5), most = 1;
+    ecp_real rest = 1, part = hasty ? ECP_R(0.25) : ECP_R(0.5), most = 1;
     ecp_options quick = *o;
     ecp_status status;
     int i, cut = 0, iterations = r->iterations;

@@ -506,6 +506,52 @@ static void build_dominoes(trial *t)
     t->steps = t->number % 2 ? 500 : 150;
 }
 
+/* What falls and is thrown in games, at the steps of games: small bodies that fall on each other, between
+   three planes or on one, and a wall of bricks that a ball hits. */
+static void build_heap(trial *t)
+{
+    static const double funnel[3][3] = {{0.6, 0, 0.8}, {-0.3, 0.52, 0.8}, {-0.3, -0.52, 0.8}};
+    scene *s = &t->s;
+    solid kinds[6];
+    int scene_kind = t->number % 3, i, j;
+    double x[3], v[3] = {0, 0, 0}, q[4];
+    solid_box(kinds, 0.03, 0.02, 0.015);
+    solid_round(kinds + 1, ECP_SPHERE, 0.02, 0, 0);
+    solid_round(kinds + 2, ECP_CYLINDER, 0.024, 0, 0.001);
+    solid_round(kinds + 3, ECP_CAPSULE, 0.012, 0, 0.03);
+    solid_round(kinds + 4, ECP_CYLINDER, 0.015, 0, 0.02);
+    solid_box(kinds + 5, 0.05, 0.008, 0.008);
+    scene_open(s, 24, 24, 200, 12, 9.8);
+    friction(s, uniform(s, 0.2, 0.8), uniform(s, 0, 0.005));
+    ground(s, 0, 0, 1, NULL);
+    if (scene_kind == 2) {
+        solid_box(kinds, 0.1, 0.05, 0.05);
+        for (i = 0; i < 16; i++) {
+            x[0] = 0.2 * (i % 4) + 0.1 * (i / 4 % 2);
+            x[1] = 0;
+            x[2] = 0.05 + 0.1 * (i / 4);
+            put(t, kinds, 2, x, NULL, NULL, NULL);
+        }
+        solid_round(kinds + 1, ECP_SPHERE, 0.1, 0, 0);
+        x[0] = uniform(s, 0.1, 0.6);
+        x[1] = -1;
+        x[2] = uniform(s, 0.15, 0.35);
+        v[1] = uniform(s, 3, 8);
+        put(t, kinds + 1, 5, x, NULL, v, NULL);
+    } else {
+        for (i = 0; scene_kind == 1 && i < 3; i++)
+            ground(s, funnel[i][0], funnel[i][1], funnel[i][2], NULL);
+        for (i = 0; i < 15; i++) {
+            for (j = 0; j < 2; j++) x[j] = uniform(s, -0.03, 0.03);
+            x[2] = 0.06 + 0.05 * i;
+            random_stand(s, q);
+            put(t, kinds + pick(s, 6), log_uniform(s, 0.01, 0.2), x, q, NULL, NULL);
+        }
+    }
+    t->h = t->number / 3 % 2 ? 1.0 / 60 : 1.0 / 30;
+    t->steps = t->number / 3 % 2 ? 60 : 30;
+}
+
 /* ---- extremes of scale */
 
 static void build_scale(trial *t)
@@ -911,18 +957,18 @@ static void build_creep(trial *t)
 }
 
 static const family families[] = {
-    {"drop", build_drop, 120, 1800, 0},     {"throw", build_throw, 120, 1800, 0},
-    {"pair", build_pair, 576, 1728, 0},     {"stack", build_stack, 30, 60, 0},
-    {"plank", build_plank, 10, 100, 0},     {"cards", build_cards, 4, 20, 0},
-    {"arch", build_arch, 7, 28, 0},         {"dominoes", build_dominoes, 2, 40, 0},
-    {"scale", build_scale, 120, 1800, 0},   {"far", build_far, 48, 240, 0},
-    {"torsion", build_torsion, 36, 216, 0}, {"needle", build_needle, 30, 150, 0},
-    {"plate", build_plate, 20, 200, 0},     {"patches", build_patches, 9, 54, 0},
-    {"apex", build_apex, 16, 96, 0},        {"corner", build_corner, 20, 200, 0},
-    {"grip", build_grip, 20, 200, 0},       {"jam", build_jam, 20, 200, 0},
-    {"rod", build_rod, 30, 300, 0},         {"rest", build_rest, 1, 1, 0},
-    {"push", build_push, 3, 3, 0},          {"creep", build_creep, 9, 12, 0},
-    {"cups", build_cups, 4, 40, 1},
+    {"drop", build_drop, 120, 1800, 0},   {"throw", build_throw, 120, 1800, 0},
+    {"pair", build_pair, 576, 1728, 0},   {"stack", build_stack, 30, 60, 0},
+    {"plank", build_plank, 10, 100, 0},   {"cards", build_cards, 4, 20, 0},
+    {"arch", build_arch, 7, 28, 0},       {"dominoes", build_dominoes, 2, 40, 0},
+    {"heap", build_heap, 2, 24, 0},       {"scale", build_scale, 120, 1800, 0},
+    {"far", build_far, 48, 240, 0},       {"torsion", build_torsion, 36, 216, 0},
+    {"needle", build_needle, 30, 150, 0}, {"plate", build_plate, 20, 200, 0},
+    {"patches", build_patches, 9, 54, 0}, {"apex", build_apex, 16, 96, 0},
+    {"corner", build_corner, 20, 200, 0}, {"grip", build_grip, 20, 200, 0},
+    {"jam", build_jam, 20, 200, 0},       {"rod", build_rod, 30, 300, 0},
+    {"rest", build_rest, 1, 1, 0},        {"push", build_push, 3, 3, 0},
+    {"creep", build_creep, 9, 12, 0},     {"cups", build_cups, 4, 40, 1},
 };
 
 /* ---- measuring */

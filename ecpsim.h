@@ -721,7 +721,9 @@ typedef enum ecp_rule {
     ECP_NEAREST  /* the one Newton reaches from the guess, the last step's solution */
 } ecp_rule;
 
-/* The ways out that are tried, in this order, when Newton stalls from the warm start. */
+/* The ways out that are tried, in this order, when Newton stalls from the warm start. Where three bodies and more
+   meet, sub-steps are tried right after ECP_FALLBACK_GEOMETRIC (in large heaps ECP_FALLBACK_CONTINUATION), and
+   the others after them. */
 enum {
     ECP_FALLBACK_GEOMETRIC = 1, /* start from support points at the pose free motion predicts, and
                                       from several points a patch with rough impulses */
@@ -8929,12 +8931,12 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
 {
     ecp_i_island s;
     ecp_i_problem p;
-    ecp_i_effort effort = ecp_i_effort_after(step->o, step->r->iterations);
-    ecp_options hasty;
     const ecp_options *o = step->o;
+    ecp_options hasty;
+    ecp_i_effort effort = ecp_i_effort_after(o, step->r->iterations);
     ecp_real *vectors[ECP_I_VECTORS], *z, *best, merit;
     size_t mark = step->arena.used;
-    int i, solved, centred = 1;
+    int i, solved, hurries, centred = 1;
     ecp_i_open_island(step, label, &s);
     if (s.pair_count == 0) return ECP_OK;
     ecp_i_carve_vectors(&step->arena, s.unknowns, vectors);
@@ -8944,7 +8946,8 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     best = vectors[2];
     ecp_i_island_problem(&s, vectors, &p);
     ecp_i_island_units(&s);
-    if (ecp_i_hurries(step, &s)) {
+    hurries = ecp_i_hurries(step, &s);
+    if (hurries) {
         hasty = *o;
         hasty.fallbacks &= ECP_FALLBACK_GEOMETRIC | (p.large ? ECP_FALLBACK_CONTINUATION : 0);
         o = &hasty;
@@ -8959,7 +8962,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
         s.chord = s.h;
         solved = ecp_i_solve(&p, o, z, &effort);
     }
-    if (ECP_I_CENTRING && solved && step->o->rule == ECP_CENTRED) {
+    if (ECP_I_CENTRING && solved && o->rule == ECP_CENTRED) {
         if (s.many || s.uncentred)
             centred = ecp_i_centre(&s, &p, step, z, best, &effort);
         else if (s.in_vain && effort.iterations == 0)
@@ -8973,7 +8976,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     step->r->iterations += effort.iterations;
     step->r->evaluations += effort.evaluations;
     step->r->fallbacks |= effort.fallbacks;
-    if (ecp_i_watched(step) && !ecp_i_unbound(step->o, &effort)) {
+    if (ecp_i_watched(step) && !ecp_i_unbound(o, &effort)) {
         step->motions[label].stirred = 1; /* does not sleep */
     }
     merit = ecp_i_merit(p.n, p.F);
@@ -8984,7 +8987,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
         solved = 0;
         effort.size.error = effort.size.largest;
     }
-    if (!solved && ECP_I_PAIRS && effort.size.error <= step->o->tolerance) {
+    if (!solved && ECP_I_PAIRS && effort.size.error <= o->tolerance) {
         const ecp_i_pair *c = ecp_i_passing(&s);
         if (c) return ecp_i_not_solved(step, c, ecp_i_passes(c, c->n), 0);
     }
@@ -8993,7 +8996,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
                                 step->o->tolerance);
     }
     if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_SUBSTEPS) {
-        ecp_real work = ecp_i_contact_work(&s, step->o->tolerance);
+        ecp_real work = ecp_i_contact_work(&s, o->tolerance);
         ecp_i_worst(&step->r->work, work);
         if (ecp_i_works(step->o, step->r)) {
             return ecp_i_not_solved(step, s.pairs[0], work, ECP_I_MOST_WORK);
@@ -9009,12 +9012,12 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     ecp_i_carve_records(step, label);
     for (i = 0; i < s.pair_count; i++) {
         ecp_i_pair *c = s.pairs[i];
-        ecp_i_record(c, z + c->at, s.h, step->o);
+        ecp_i_record(c, z + c->at, s.h, o);
         if (!centred) c->record->centred = effort.most < 0 ? 0 : -1;
         if (!ECP_I_FRICTION) continue;
         step->r->worst_cone = ecp_i_max(step->r->worst_cone, ecp_i_cone_violation(c));
     }
-    if (o == &hasty) *step->cut = 0;
+    if (hurries) *step->cut = 0;
     return ECP_OK;
 }
 
@@ -9148,7 +9151,7 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
     ecp_i_step s;
     ecp_status status = ECP_OK;
     int i, asleep;
-    s.cut = cut;
+    if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_SUBSTEPS) s.cut = cut;
     s.extras = s.pair_count = s.has_sleepers = 0;
     s.w = world;
     s.h = h;
@@ -9192,7 +9195,7 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
 
 /* after this many times max_iterations, counted for each unknown, no further sub-step is tried; in haste not
    before twice the iterations that the whole step has taken */
-#define ECP_I_EFFORT ECP_R(20000.0)
+#define ECP_I_EFFORT ECP_R(60000.0)
 
 /* have the parts of a step, tried since `before` iterations, taken as many as they may? */
 static int ecp_i_tires(const ecp_options *o, int hasty, int before, const ecp_report *r)
@@ -9295,8 +9298,8 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
         status = ecp_i_fail(&r, ECP_NOT_FINITE, -1, -1, -1, h, 0);
     if (status == ECP_OK && !(h > 0)) status = ecp_i_fail(&r, ECP_BAD_STEP, -1, -1, -1, h, 0);
     if (status == ECP_OK) {
-        r.substeps = 1;
         int parts = ecp_i_may(&o, ECP_FALLBACK_SUBSTEPS), cut = 0;
+        r.substeps = 1;
         status = ecp_i_step_once(world, h, &o, 0, parts ? &cut : NULL, &r);
         if (status == ECP_NOT_SOLVED && parts && ecp_i_effort_after(&o, r.iterations).most > 0) {
             status = ecp_i_step_by_parts(world, h, &o, 0, cut, &r);

@@ -961,7 +961,7 @@ static const family families[] = {
     {"pair", build_pair, 576, 1728, 0},   {"stack", build_stack, 30, 60, 0},
     {"plank", build_plank, 10, 100, 0},   {"cards", build_cards, 4, 20, 0},
     {"arch", build_arch, 7, 28, 0},       {"dominoes", build_dominoes, 2, 40, 0},
-    {"heap", build_heap, 2, 24, 0},       {"scale", build_scale, 120, 1800, 0},
+    {"heap", build_heap, 7, 24, 0},       {"scale", build_scale, 120, 1800, 0},
     {"far", build_far, 48, 240, 0},       {"torsion", build_torsion, 36, 216, 0},
     {"needle", build_needle, 30, 150, 0}, {"plate", build_plate, 20, 200, 0},
     {"patches", build_patches, 9, 54, 0}, {"apex", build_apex, 16, 96, 0},

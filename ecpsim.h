@@ -4004,7 +4004,8 @@ static void ecp_i_set_direction(ecp_i_pair *c)
     ecp_i_cross(c->N, c->direction, across);
     if (!(ecp_i_norm(across) > ECP_R(1e-3))) {
         for (k = 1; k < 3; k++) {
-            if (ecp_i_abs(c->N[k]) < ecp_i_abs(c->N[best])) best = k;
+            /* (not by rounding: contacts would change tangents from step to step) */
+            if (ecp_i_abs(c->N[k]) < ecp_i_abs(c->N[best]) - ECP_R(1e-6)) best = k;
         }
         ecp_i_set3(0, 0, 0, c->direction);
         c->direction[best] = 1;
@@ -5539,8 +5540,8 @@ typedef struct ecp_i_island {
     ecp_real h, noise, turn;
     ecp_real chord; /* of its patches */
     const ecp_world *world;
-    int centring;  /* count unknowns from their target in the next Newton step */
-    int many;      /* the last Newton step had many solutions */
+    int centring; /* count unknowns from their target in the next Newton step */
+    int many; /* the last Newton step had many solutions, or may have had but for its compliance */
     int nearest;   /* the rule is ECP_NEAREST: starts keep the ECPs where they can */
     int uncentred; /* a patch starts from a point that the rule ECP_CENTRED did not choose, */
     int in_vain;   /* or could not find */
@@ -5835,7 +5836,7 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
     for (i = 0; i < n; i++) dz[i] = -F[i];
     t->same = ecp_i_max(ECP_I_FINEST_CONSTRAINT, ecp_i_min(ECP_I_SAME_CONSTRAINT, fine));
     if (!ecp_i_tree_solve(t, s->arena, ecp_i_body_count(s), s->motions, s->bodies, dz)) return 0;
-    s->many = t->many > 0;
+    s->many = compliance > 0 || t->many > 0; /* (compliance makes any solution the only one) */
     for (i = 0; i < n; i++) dz[i] = t->v[i];
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
@@ -8732,6 +8733,7 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
         i = p->step(s, z, p->F, 1, 0, p->dz);
         s->centring = 0;
         if (!i) return 0;
+        if (!s->many) return 1;
         step->r->centring_rounds++;
         for (i = 0, size = 0; i < s->pair_count; i++) {
             const ecp_i_pair *c = s->pairs[i];

@@ -5871,7 +5871,8 @@ typedef struct ecp_i_problem {
     void (*load)(void *self, ecp_real share);
     ecp_real *F, *dz, *trial, *drift, *kept; /* n each */
     ecp_real *stalled;                       /* the same, or NULL: no continuation in haste */
-    int large; /* two bodies and more, ECP_I_LARGE unknowns and more */
+    int large;   /* two bodies and more, ECP_I_LARGE unknowns and more */
+    int hurries; /* the chain ends with the first three starts (ecp_i_hurries) */
 } ecp_i_problem;
 
 typedef struct ecp_i_effort {
@@ -5936,6 +5937,7 @@ static ecp_real ecp_i_content(ecp_real tolerance)
 #define ECP_I_LARGE 1500
 
 static int ecp_i_is_large(const ecp_i_problem *p) { return ECP_I_PAIRS && p->large; }
+static int ecp_i_in_haste(const ecp_i_problem *p) { return ECP_I_PAIRS && p->hurries; }
 
 /* how many of the last merits a new one may compare itself with */
 #define ECP_I_MEMORY 4
@@ -6269,6 +6271,7 @@ static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *o, ecp_real *z
             solved = ecp_i_attempt(p, k == 0 ? warm : 0, o, z, effort);
             if (ecp_i_takes(p, solved, k == 0 && warm > 1 && effort->iterations == 0)) return 1;
         }
+        if (k == 2 && ecp_i_in_haste(p)) break;
         if (k == 2 && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
             p->start(p->self, k, z);
             solved = ecp_i_continue(p, o->tolerance, limit, z, effort);
@@ -6443,7 +6446,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     p.valid = NULL;
     p.load = NULL;
     p.kept = p.stalled = NULL;
-    p.large = 0;
+    p.large = p.hurries = 0;
     ECPSIM_MEMCPY(s.z0, z, (size_t)size * sizeof(ecp_real));
     effort = ecp_i_effort_after(&o, 0);
     solved = ecp_i_solve(&p, &o, work, &effort);
@@ -8967,9 +8970,8 @@ static void ecp_i_island_problem(ecp_i_island *s, ecp_real *const *vectors, ecp_
     p->stalled = ECP_I_VECTORS > 6 ? vectors[ECP_I_VECTORS - 1] : NULL;
 }
 
-/* Three bodies and more that the first starts do not solve are sooner solved in shorter steps than by what
-   is left of the chain: of 2,000 attempts by it in heaps of 10 to 20 bodies one in twenty led anywhere. In
-   large islands continuation mostly does. */
+/* Three bodies and more that the first starts (and, of large islands, continuation in haste) do not solve are
+   sooner solved in shorter steps than by what is left of the chain, which seldom leads anywhere in heaps. */
 static int ecp_i_hurries(const ecp_i_step *step, const ecp_i_island *s)
 {
     const int parts = (ECPSIM_FALLBACKS)&ECP_FALLBACK_SUBSTEPS;
@@ -8981,11 +8983,10 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     ecp_i_island s;
     ecp_i_problem p;
     const ecp_options *o = step->o;
-    ecp_options hasty;
     ecp_i_effort effort = ecp_i_effort_after(o, step->r->iterations);
     ecp_real *vectors[ECP_I_VECTORS], *z, *best, merit;
     size_t mark = step->arena.used;
-    int i, solved, hurries, centred = 1;
+    int i, solved, centred = 1;
     ecp_i_open_island(step, label, &s);
     if (s.pair_count == 0) return ECP_OK;
     ecp_i_carve_vectors(&step->arena, s.unknowns, vectors);
@@ -8995,18 +8996,13 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     best = vectors[2];
     ecp_i_island_problem(&s, vectors, &p);
     ecp_i_island_units(&s);
-    hurries = ecp_i_hurries(step, &s);
-    if (hurries) {
-        hasty = *o;
-        hasty.fallbacks &= ECP_FALLBACK_GEOMETRIC | (p.large ? ECP_FALLBACK_CONTINUATION : 0);
-        o = &hasty;
-        *step->cut = 1;
-    }
+    if (ECP_I_PAIRS) p.hurries = ecp_i_hurries(step, &s);
+    if (ecp_i_in_haste(&p)) *step->cut = 1;
     /* in float first with normals held to rounding, and if that finds nothing with the tolerance alone */
     do {
         solved = ecp_i_solve(&p, o, z, &effort);
     } while (!solved && ECP_I_STRICT_NORMALS && !s.loose++);
-    if (!solved && ECP_I_FRICTION && ecp_i_may(o, ECP_FALLBACK_CHORD)) {
+    if (!solved && ECP_I_FRICTION && ecp_i_may(o, ECP_FALLBACK_CHORD) && !ecp_i_in_haste(&p)) {
         effort.fallbacks |= ECP_FALLBACK_CHORD;
         s.chord = s.h;
         solved = ecp_i_solve(&p, o, z, &effort);
@@ -9066,7 +9062,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
         if (!ECP_I_FRICTION) continue;
         step->r->worst_cone = ecp_i_max(step->r->worst_cone, ecp_i_cone_violation(c));
     }
-    if (hurries) *step->cut = 0;
+    if (ecp_i_in_haste(&p)) *step->cut = 0;
     return ECP_OK;
 }
 
@@ -9242,8 +9238,9 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
 #define ECP_I_NOT_SO_SHORT (ECP_R(1.0) / 128)
 #define ECP_I_SHORT (ECP_R(1.0) / 1024)
 
-/* after this many times max_iterations, counted for each unknown, no further sub-step is tried; in haste not
-   before twice the iterations that the whole step has taken */
+/* After this many times max_iterations, counted for each unknown, no further sub-step is tried, but not before
+   as many iterations as all that was tried before the parts has taken, in haste twice as many: islands of
+   thousands of unknowns would have nothing left for them. */
 #define ECP_I_EFFORT ECP_R(60000.0)
 
 /* have the parts of a step, tried since `before` iterations, taken as many as they may? */
@@ -9252,7 +9249,7 @@ static int ecp_i_tires(const ecp_options *o, int hasty, int before, const ecp_re
     ecp_real taken = (ecp_real)r->iterations - (ecp_real)before;
     return ecp_i_effort_after(o, r->iterations).most == 0 ||
            (taken * (ecp_real)r->unknowns > ECP_I_EFFORT * (ecp_real)o->max_iterations &&
-            !(hasty && taken < 2 * (ecp_real)before));
+            !(taken < (ecp_real)(1 + hasty) * (ecp_real)before));
 }
 
 /* The step in parts, which grow by 2 where they succeed, up to half of the last that failed, and shrink

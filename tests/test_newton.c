@@ -565,6 +565,7 @@ static void newton_test_circle(void)
     p.self = &n;
     p.n = n;
     p.large = 1;
+    p.hurries = 0;
     p.residual = newton_round_residual;
     p.step = newton_round_step;
     p.F = work[1];

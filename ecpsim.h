@@ -901,7 +901,9 @@ typedef struct ecp_advance_report {
                             or a base step that only the fallbacks of ecp_step solve */
     int highest_order;
     ecp_real shortest; /* macro step, s */
-    ecp_real error;    /* the largest estimate of an accepted macro step, in tolerances */
+    ecp_real
+        error; /* the largest estimate of an accepted macro step, in tolerances; 2 stands for one
+                          that only the fallbacks solve, at first order: how far off is not known */
     ecp_real
         projection;  /* the largest gap or overlap that extrapolation left and that was closed, m */
     ecp_report step; /* of the last base step */
@@ -910,7 +912,9 @@ typedef struct ecp_advance_report {
 /* Advances the world by `duration` seconds (0 or more). options and report may be NULL. Forces that
    were applied before the call act throughout, impulses at its beginning; both are then cleared.
    Contacts are afterwards those of the last base step (their impulses belong to its length), with the
-   gaps and points of the pose that was reached. A world at rest costs nothing, however long.
+   gaps and points of the pose that was reached. A world at rest costs next to nothing, however long.
+   Primitives that overlap are moved apart first, at rest: they keep their velocities (ecp_step would
+   give them depth / h, which has no limit where steps have no length).
 
    On any status but ECP_OK the whole block is bit for bit as it was: ECP_CAPACITY where the
    description has not this order, ECP_TOLERANCE where the tolerance is below what rounding leaves (16
@@ -5540,9 +5544,8 @@ typedef struct ecp_i_island {
     ecp_real h, noise, turn;
     ecp_real chord; /* of its patches */
     const ecp_world *world;
-    int centring; /* count unknowns from their target in the next Newton step */
-    int many; /* the last Newton step had many solutions, or may have had but for its compliance */
-    int nearest;   /* the rule is ECP_NEAREST: starts keep the ECPs where they can */
+    int centring;  /* count unknowns from their target in the next Newton step */
+    int many;      /* the last Newton step had many solutions (see ecp_i_island_step) */
     int uncentred; /* a patch starts from a point that the rule ECP_CENTRED did not choose, */
     int in_vain;   /* or could not find */
     int loose;     /* in float: normals are held to the tolerance only (ecp_i_geometry_error) */
@@ -5815,6 +5818,15 @@ static size_t ecp_i_island_wants(const ecp_i_island *s)
     return arena.used > s->arena->wanted ? arena.used : s->arena->wanted;
 }
 
+/* With compliance any solution is the only one, so how many there are is what the last step without it has found.
+   In float that is mostly noise where steps must be damped, and centring for it costs solutions: there
+   the last step counts. */
+#ifdef ECPSIM_FLOAT
+#define ECP_I_MANY_IF_DAMPED 1
+#else
+#define ECP_I_MANY_IF_DAMPED 0
+#endif
+
 /* The Newton step at the point of the last residual. With a compliance the gap, the slip and the tilt of
    a contact give way to the change of its impulse and its pressure centre, so that none of these
    can become large for the sake of a small residual. Returns 0 if the step is not finite, or if the
@@ -5836,7 +5848,7 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
     for (i = 0; i < n; i++) dz[i] = -F[i];
     t->same = ecp_i_max(ECP_I_FINEST_CONSTRAINT, ecp_i_min(ECP_I_SAME_CONSTRAINT, fine));
     if (!ecp_i_tree_solve(t, s->arena, ecp_i_body_count(s), s->motions, s->bodies, dz)) return 0;
-    s->many = compliance > 0 || t->many > 0; /* (compliance makes any solution the only one) */
+    if (ECP_I_MANY_IF_DAMPED || !(compliance > 0)) s->many = t->many > 0;
     for (i = 0; i < n; i++) dz[i] = t->v[i];
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
@@ -8736,7 +8748,6 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
         i = p->step(s, z, p->F, 1, 0, p->dz);
         s->centring = 0;
         if (!i) return 0;
-        if (!s->many) return 1;
         step->r->centring_rounds++;
         for (i = 0, size = 0; i < s->pair_count; i++) {
             const ecp_i_pair *c = s->pairs[i];
@@ -10234,21 +10245,63 @@ static void ecp_i_project_velocities(ecp_i_advance *a)
     }
 }
 
-/* Back on to the contacts: the step of the world at rest, without weight, on to which the normal
-   impulses press that the contacts have just had. Its displacement is the least, in the norm of the
-   kinetic energy, that closes the gaps; velocities stay. */
-static void ecp_i_project(ecp_i_advance *a)
+/* The step h of the world at rest, without weight, on to which the normal impulses press that the contacts
+   have just had, times `press`. Its displacement is the least, in the norm of the kinetic energy, that closes gaps
+   and overlaps; of its result the poses are kept, velocities and the rest stay; without `press` not even these if
+   no body moves by more than rounding. Returns whether it is solved. */
+static int ecp_i_still_step(ecp_i_advance *a, ecp_real h, ecp_real press)
 {
     ecp_world *w = a->w;
     ecp_i_body *b = ecp_i_bodies(w), *kept;
+    ecp_real none[3] = {0, 0, 0}, way[3];
     ecp_status status;
-    ecp_real off = ecp_i_refresh_contacts(a), press, most, none[3] = {0, 0, 0};
     ecp_report quiet;
-    int i, k, round;
+    int i, k, moved = 0;
+    ECPSIM_MEMCPY(a->saved, w, w->state_bytes);
+    kept = ecp_i_bodies((const ecp_world *)(void *)a->saved);
+    for (i = 0; i < w->bodies; i++) {
+        if (!ecp_i_moves(b + i)) continue;
+        ECPSIM_MEMSET(b[i].v, 0, sizeof b[i].v);
+        ECPSIM_MEMSET(b[i].v_carry, 0, sizeof b[i].v_carry);
+        ECPSIM_MEMSET(b[i].force, 0, sizeof b[i].force);
+    }
+    for (i = 0; press > 0 && i < w->patches; i++) {
+        const ecp_contact *c = &ecp_i_patches(w)[i].contact;
+        ecp_real p[3];
+        if (ecp_i_patches(w)[i].guess || c->mode == ECP_APART) continue;
+        ecp_i_scale(-press * c->p_n, c->normal, p);
+        ecp_body_apply_impulse(w, c->body_a, p, c->point_a);
+        ecp_i_scale(-1, p, p);
+        ecp_body_apply_impulse(w, c->body_b, p, c->point_a);
+    }
+    ecp_i_copy3(none, w->desc.gravity);
+    ECPSIM_MEMSET(&quiet, 0, sizeof quiet);
+    status = ecp_i_step_once(w, h, &a->step, a->bytes, NULL, &quiet);
+    a->r->solves++;
+    for (i = 0; status == ECP_OK && i < w->bodies; i++) {
+        ecp_i_sub(b[i].x, kept[i].x, way);
+        moved |= ecp_i_norm(way) > 64 * ECP_I_EPSILON * (b[i].length + ecp_i_norm(b[i].x));
+        for (k = 0; k < 4; k++) moved |= ecp_i_abs(b[i].q[k] - kept[i].q[k]) > 64 * ECP_I_EPSILON;
+    }
+    for (i = 0; (moved || press > 0) && status == ECP_OK && i < w->bodies; i++) {
+        if (b[i].kind != ECP_DYNAMIC) continue;
+        ecp_i_copy3(b[i].x, kept[i].x);
+        ecp_i_copy3(b[i].x_carry, kept[i].x_carry);
+        ECPSIM_MEMCPY(kept[i].q, b[i].q, sizeof b[i].q);
+    }
+    ECPSIM_MEMCPY(w, a->saved, w->state_bytes);
+    return status == ECP_OK;
+}
+
+/* Back on to the contacts. */
+static void ecp_i_project(ecp_i_advance *a)
+{
+    const ecp_world *w = a->w;
+    const ecp_i_body *b = ecp_i_bodies(w);
+    ecp_real off = ecp_i_refresh_contacts(a), press, most;
+    int i, round;
     for (round = 0; round < 3 && off > 0; round++) {
         if (round == 0 && off > a->r->projection) a->r->projection = off;
-        ECPSIM_MEMCPY(a->saved, w, w->state_bytes);
-        kept = ecp_i_bodies((const ecp_world *)(void *)a->saved);
         for (i = 0, most = 0; i < w->patches; i++) {
             const ecp_contact *c = &ecp_i_patches(w)[i].contact;
             if (ecp_i_patches(w)[i].guess || c->mode == ECP_APART) continue;
@@ -10258,36 +10311,7 @@ static void ecp_i_project(ecp_i_advance *a)
                 most = ecp_i_max(most, c->p_n / b[c->body_b].mass);
         }
         press = most > 0 ? 32 * off / (w->last_h * most) : ECP_R(0);
-        for (i = 0; i < w->bodies; i++) {
-            if (!ecp_i_moves(b + i)) continue;
-            ECPSIM_MEMSET(b[i].v, 0, sizeof b[i].v);
-            ECPSIM_MEMSET(b[i].v_carry, 0, sizeof b[i].v_carry);
-            ECPSIM_MEMSET(b[i].force, 0, sizeof b[i].force);
-        }
-        for (i = 0; i < w->patches; i++) {
-            const ecp_contact *c = &ecp_i_patches(w)[i].contact;
-            ecp_real p[3];
-            if (ecp_i_patches(w)[i].guess || c->mode == ECP_APART) continue;
-            ecp_i_scale(-press * c->p_n, c->normal, p);
-            if (!(press > 0)) continue;
-            ecp_body_apply_impulse(w, c->body_a, p, c->point_a);
-            ecp_i_scale(-1, p, p);
-            ecp_body_apply_impulse(w, c->body_b, p, c->point_a);
-        }
-        ecp_i_copy3(none, w->desc.gravity);
-        ECPSIM_MEMSET(&quiet, 0, sizeof quiet);
-        status = ecp_i_step_once(w, w->last_h, &a->step, a->bytes, NULL, &quiet);
-        a->r->solves++;
-        for (i = 0; status == ECP_OK && i < w->bodies; i++) {
-            if (b[i].kind != ECP_DYNAMIC) continue;
-            for (k = 0; k < 3; k++) {
-                kept[i].x[k] = b[i].x[k];
-                kept[i].x_carry[k] = b[i].x_carry[k];
-            }
-            ECPSIM_MEMCPY(kept[i].q, b[i].q, sizeof b[i].q);
-        }
-        ECPSIM_MEMCPY(w, a->saved, w->state_bytes);
-        if (status != ECP_OK) return;
+        if (!ecp_i_still_step(a, w->last_h, press)) return;
         off = ecp_i_refresh_contacts(a);
     }
 }
@@ -10892,6 +10916,8 @@ ECP_DEF ecp_status ecp_advance(ecp_world *world, ecp_real duration,
     for (i = 0; i < world->bodies; i++) ecp_i_bodies(world)[i].asleep = 0;
     ecp_i_take_impulses(world);
     world->printed_moment = 1;
+    /* overlaps first, and at rest: depth / h has no limit where h has none */
+    if (duration > 0) ecp_i_still_step(&a, duration, 0);
     r.status =
         a.o.macro_step > 0 ? ecp_i_advance_paced(&a, duration) : ecp_i_advance_to(&a, duration);
     world->printed_moment = 0;

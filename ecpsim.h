@@ -5546,6 +5546,7 @@ typedef struct ecp_i_island {
     const ecp_world *world;
     int centring;  /* count unknowns from their target in the next Newton step */
     int many;      /* the last Newton step had many solutions (see ecp_i_island_step) */
+    int nearest;   /* the rule is ECP_NEAREST: starts keep the ECPs where they can */
     int uncentred; /* a patch starts from a point that the rule ECP_CENTRED did not choose, */
     int in_vain;   /* or could not find */
     int loose;     /* in float: normals are held to the tolerance only (ecp_i_geometry_error) */

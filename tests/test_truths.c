@@ -937,7 +937,7 @@ static void truth_stack_disturbed(void)
         }
         free(world);
     }
-    CHECK(iterations >= 6 * 40 && iterations <= 6 * 80);
+    CHECK(iterations >= 6 * 40 && iterations <= 6 * 85);
 }
 
 /* A wall of bricks at rest, whose forces have many solutions: it costs one residual, whether

@@ -515,6 +515,35 @@ static void advance_rest(void)
     free(w);
 }
 
+/* What begins in the ground, or in another, is where they touch after that, and as fast as before. */
+static void advance_overlap(void)
+{
+    int k;
+    for (k = 0; k < 8; k++) {
+        double depth = pow(10, -3 - (k / 2) * test_by(2, 1));
+        ecp_world *w = advance_scene(8, 0, 0, 0.05 - (k % 2 ? 0 : depth));
+        ecp_advance_options o = advance_options(1e-8, 1e-3);
+        ecp_advance_report r;
+        ecp_real x[3], v[3];
+        ecp_shape s;
+        advance_box(&s, 0.2, 0.1, 0.05);
+        if (k % 2) advance_body(w, &s, NULL, 0, 0, 0.15 - depth);
+        advance_velocity(w, 1, k % 2 ? 0 : 2, 0, 0);
+        CHECK(ecp_advance(w, ECP_R(0.01), &o, &r) == ECP_OK);
+        CHECK(r.forced == 0);
+        ecp_body_get_state(w, 1, x, NULL, v, NULL);
+        CHECK_NEAR(x[0], k % 2 ? 0 : 0.02, test_by(1e-9, 1e-5));
+        CHECK_NEAR(x[2], 0.05, test_by(1e-9, 1e-6));
+        CHECK_NEAR(v[2], 0, test_by(1e-9, 1e-4));
+        if (k % 2) {
+            ecp_body_get_state(w, 2, x, NULL, v, NULL);
+            CHECK_NEAR(x[2], 0.15, test_by(1e-9, 1e-6));
+            CHECK_NEAR(v[2], 0, test_by(1e-9, 1e-4));
+        }
+        free(w);
+    }
+}
+
 /* kinetic and potential energy of body 1, 1 kg */
 static double advance_energy(const ecp_world *w)
 {
@@ -631,6 +660,7 @@ static void test_advance_section(void)
     advance_free_rotation();
     advance_order();
     advance_rest();
+    advance_overlap();
     advance_accumulation();
     advance_thrown();
 }

@@ -333,6 +333,40 @@ static void test_contacts_direction(void)
     }
 }
 
+/* Without a direction the tangents are some axis of the world, the same one in each step of a box that slides over
+   another, whose normal is off by rounding. */
+static void test_contacts_tangents(void)
+{
+    ecp_material m = test_material(0.4, 1, 0.5, 0);
+    int run, k, i, known = 0;
+    for (run = 0; run < 6; run++) {
+        ecp_world *world = test_world(NULL);
+        double angle = 0.2 + 0.3 * run, way[2];
+        int box;
+        test_ground(world, 0, 0, 1, &m);
+        test_set_pose(world, test_box(world, 20, 2, 2, 0.1, 0, 0, 0.1, &m), 0, 0, 0.1, 0, 0, 1,
+                      angle);
+        box = test_box(world, 1, 0.1, 0.1, 0.05, 0, 0, 0.25, &m);
+        test_set_velocity(world, box, 2, 1, 0, 0, 0, 0);
+        for (k = 0; k < 40; k++) {
+            contact_advance(world, 0.005);
+            for (i = 0; i < ecp_contact_count(world); i++) {
+                ecp_contact c = test_contact(world, i);
+                if (c.body_b != box && c.body_a != box) continue;
+                if (k > 0) {
+                    CHECK_NEAR(c.direction_t[0], way[0], test_by(1e-9, 1e-3));
+                    CHECK_NEAR(c.direction_t[1], way[1], test_by(1e-9, 1e-3));
+                }
+                way[0] = (double)c.direction_t[0];
+                way[1] = (double)c.direction_t[1];
+                known++;
+            }
+        }
+        free(world);
+    }
+    CHECK(known == 6 * 40);
+}
+
 static void test_contacts_mixing(void)
 {
     ecp_material a = test_material(0.2, 0.5, 2, 0.01), b = test_material(0.8, 2, 0.5, 0.04);
@@ -511,6 +545,7 @@ static void test_contacts(void)
     test_contacts_consistent();
     test_contacts_anisotropic();
     test_contacts_direction();
+    test_contacts_tangents();
     test_contacts_mixing();
     test_contacts_guess();
     test_contacts_translation();

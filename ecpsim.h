@@ -5819,13 +5819,13 @@ static size_t ecp_i_island_wants(const ecp_i_island *s)
     return arena.used > s->arena->wanted ? arena.used : s->arena->wanted;
 }
 
-/* With compliance any solution is the only one, so how many there are is what the last step without it has found.
-   In float that is mostly noise where steps must be damped, and centring for it costs solutions: there
-   the last step counts. */
+/* With compliance any solution is the only one. Whether there are many is asked again then, by the first centring
+   step, which has none; but not in float, where it is mostly noise in what must be damped, and centring
+   for it costs solutions. */
 #ifdef ECPSIM_FLOAT
-#define ECP_I_MANY_IF_DAMPED 1
+#define ECP_I_ASKS_AGAIN 0
 #else
-#define ECP_I_MANY_IF_DAMPED 0
+#define ECP_I_ASKS_AGAIN 1
 #endif
 
 /* The Newton step at the point of the last residual. With a compliance the gap, the slip and the tilt of
@@ -5849,7 +5849,7 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
     for (i = 0; i < n; i++) dz[i] = -F[i];
     t->same = ecp_i_max(ECP_I_FINEST_CONSTRAINT, ecp_i_min(ECP_I_SAME_CONSTRAINT, fine));
     if (!ecp_i_tree_solve(t, s->arena, ecp_i_body_count(s), s->motions, s->bodies, dz)) return 0;
-    if (ECP_I_MANY_IF_DAMPED || !(compliance > 0)) s->many = t->many > 0;
+    s->many = t->many > 0 || (ECP_I_ASKS_AGAIN && compliance > 0);
     for (i = 0; i < n; i++) dz[i] = t->v[i];
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
@@ -8749,6 +8749,7 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
         i = p->step(s, z, p->F, 1, 0, p->dz);
         s->centring = 0;
         if (!i) return 0;
+        if (ECP_I_ASKS_AGAIN && !s->many) return 1;
         step->r->centring_rounds++;
         for (i = 0, size = 0; i < s->pair_count; i++) {
             const ecp_i_pair *c = s->pairs[i];

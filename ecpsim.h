@@ -675,7 +675,8 @@ ECP_DEF ecp_status ecp_body_add_shape(ecp_world *world, int body, const ecp_shap
                                       const ecp_material *material, int *shape_index);
 
 /* A body's state; every pointer may be NULL. In set, NULL keeps what is there. Setting the velocity
-   of a kinematic body is how it is driven; a static body takes a pose only. */
+   of a kinematic body is how it is driven; a static body takes a pose only. Bodies that are put into
+   each other are parted in the next step and fly on with depth / h each, which adds up along a row. */
 ECP_DEF ecp_status ecp_body_get_state(const ecp_world *world, int body, ecp_real position[3],
                                       ecp_real rotation[4], ecp_real velocity[3],
                                       ecp_real angular_velocity[3]);

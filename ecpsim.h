@@ -140,13 +140,13 @@
    With options.sleep = 1 an island, a group of bodies that touch, is left out of the problem once a
    step has left it exactly as it was. It wakes when something that matters to it changes: a load on a
    body of it that is not zero, or a state that is not the one it has (ecp_body_set_state with NULLs
-   only wakes it and does nothing else), of what it lies on too; a shape or a filter of these; a body that is taken away, or whose motion may reach it within
-   the step; gravity, h, or an option. A step that is left out would have given the same bits, so
-   sleep changes no bit of any body or contact at any time: it only saves time. (So an island that
-   takes iterations of a bounded number, options.max_total_iterations, does not sleep: the others
-   would find more of them left.) Contacts of bodies that sleep are there as always;
-   ecp_report.asleep counts the bodies. Only what the library cannot see must not change under a body
-   that sleeps: the numbers behind the pointers of a shape.
+   only wakes it and does nothing else), of what it lies on too; a shape or a filter of these; a body
+   that is taken away, or whose motion may reach it within the step; gravity, h, or an option. A step
+   that is left out would have given the same bits, so sleep changes no bit of any body or contact at
+   any time: it only saves time. (So an island that takes iterations of a bounded number,
+   options.max_total_iterations, does not sleep: the others would find more of them left.) Contacts of
+   bodies that sleep are there as always; ecp_report.asleep counts the bodies. Only what the library
+   cannot see must not change under a body that sleeps: the numbers behind the pointers of a shape.
 
    A STEP AS A TEST
    ecp_dump() writes the step to come as a C function that makes the same world, bit for bit, and does
@@ -902,9 +902,8 @@ typedef struct ecp_advance_report {
                             or a base step that only the fallbacks of ecp_step solve */
     int highest_order;
     ecp_real shortest; /* macro step, s */
-    ecp_real
-        error; /* the largest estimate of an accepted macro step, in tolerances; 2 stands for one
-                          that only the fallbacks solve, at first order: how far off is not known */
+    ecp_real error;    /* the largest estimate of an accepted macro step, in tolerances; 2 also
+                          where only the fallbacks solve, whose error is not known */
     ecp_real
         projection;  /* the largest gap or overlap that extrapolation left and that was closed, m */
     ecp_report step; /* of the last base step */
@@ -8434,7 +8433,6 @@ static void ecp_i_island_units(ecp_i_island *s)
     }
 }
 
-/* the geometry of the last step's solution, in this step's units; impulses zero */
 /* The largest f_i of a primitive at a point x, seen from where positions are counted; f and g are room for it. */
 static ecp_real ecp_i_outside(const ecp_i_posed *p, const ecp_real x[3], int count, ecp_real *f,
                               ecp_real *g)
@@ -8484,6 +8482,7 @@ static void ecp_i_carry_ecp(const ecp_i_pair *c, const ecp_i_patch *old, ecp_rea
     ecp_i_mul_t(A.Q, at, a);
 }
 
+/* the geometry of the last step's solution, in this step's units; impulses zero */
 static void ecp_i_start_warm(const ecp_i_island *s, const ecp_i_pair *c, ecp_real *y)
 {
     const ecp_i_patch *old = ecp_i_patches(s->world) + c->old;

@@ -341,7 +341,7 @@ static void test_contacts_tangents(void)
     int run, k, i, known = 0;
     for (run = 0; run < 6; run++) {
         ecp_world *world = test_world(NULL);
-        double angle = 0.2 + 0.3 * run, way[2];
+        double angle = 0.2 + 0.3 * run, way[2] = {0, 0};
         int box;
         test_ground(world, 0, 0, 1, &m);
         test_set_pose(world, test_box(world, 20, 2, 2, 0.1, 0, 0, 0.1, &m), 0, 0, 0.1, 0, 0, 1,

@@ -8298,7 +8298,8 @@ static ecp_real ecp_i_sweep_speed(const ecp_i_part *part, const ecp_i_motion *m,
 
 /* vs: the fastest free motion, what closes an overlap in one step, or g h; never below what moves a body
    by 64 rounding units of its size, where nothing could be told from noise. How fast a turn is, is what
-   it moves: a needle may spin about itself at 1e4 rad/s, and its other velocities count all the same. */
+   it moves: a needle may spin about itself at 1e4 rad/s, and its other velocities count all the same.
+   On the way n of the patches becomes the normal at the beginning of the step (ecp_i_bears). */
 static ecp_real ecp_i_island_speed(const ecp_i_island *s)
 {
     ecp_real speed = s->h * ecp_i_norm(s->world->desc.gravity);
@@ -8339,15 +8340,15 @@ static ecp_i_motion *ecp_i_carried(const ecp_i_island *s, const ecp_i_pair *c)
     return down > 0 ? c->mb : c->ma;
 }
 
-/* the part of the carried body's weight that lies along the normal, which points from below */
+/* how far gravity points along the normal out of the carried body, at the beginning of the step */
 static ecp_real ecp_i_upright(const ecp_i_island *s, const ecp_i_pair *c)
 {
     ecp_real down = ecp_i_dot(s->world->desc.gravity, c->n);
     return c->carried == c->ma ? down : -down;
 }
 
-/* Does a patch take its share of the load? Not those of pairs beside which another carries the body from
-   further below: where boxes stand flush, edges and corners touch too. */
+/* Does a patch take a share of the load to start with? Not that of a pair if another patch carries the body more
+   from below: where boxes stand flush, edges and corners touch as well as faces. */
 static int ecp_i_bears(const ecp_i_island *s, const ecp_i_pair *c)
 {
     const ecp_i_pair *other = c->carried->rests_on;
@@ -8360,8 +8361,8 @@ static int ecp_i_bears(const ecp_i_island *s, const ecp_i_pair *c)
     return 1;
 }
 
-/* The mass that rests on each patch: a body's own and what it carries, shared alike by the patches
-   that carry it; handed down from the bodies that carry nothing. */
+/* The mass that rests on each patch: a body's own and what it carries, shared alike by those of the patches
+   that carry it that bear; handed down from the bodies that carry nothing. */
 static void ecp_i_island_loads(ecp_i_island *s)
 {
     ecp_i_motion *ready = NULL;
@@ -9262,7 +9263,7 @@ static int ecp_i_tires(const ecp_options *o, int hasty, int before, const ecp_re
     ecp_real taken = (ecp_real)r->iterations - (ecp_real)before;
     return ecp_i_effort_after(o, r->iterations).most == 0 ||
            (taken * (ecp_real)r->unknowns > ECP_I_EFFORT * (ecp_real)o->max_iterations &&
-            !(taken < (ecp_real)(1 + hasty) * (ecp_real)before));
+            taken >= (ecp_real)(1 + hasty) * (ecp_real)before);
 }
 
 /* The step in parts, which grow by 2 where they succeed, up to half of the last that failed, and shrink

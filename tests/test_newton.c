@@ -564,7 +564,7 @@ static void newton_test_circle(void)
     memset(&p, 0, sizeof p);
     p.self = &n;
     p.n = n;
-    p.large = 1;
+    p.large = p.several = 1;
     p.hurries = 0;
     p.residual = newton_round_residual;
     p.step = newton_round_step;
@@ -578,6 +578,52 @@ static void newton_test_circle(void)
     for (k = 0; k < n; k++) CHECK_NEAR(work[0][k], 0.4, 2 * (double)o.tolerance);
 }
 
+/* A search that only crawls, towards a limit that is no solution, and must be damped much to do so: with
+   several bodies it ends as soon as that has shown, otherwise its iterations do. */
+static void newton_crawl_residual(void *self, const ecp_real *z, ecp_real relax, ecp_real *F,
+                                  ecp_i_size *size)
+{
+    (void)self;
+    (void)relax;
+    F[0] = 1 + 1 / (100 + z[0]);
+    size->largest = size->error = size->rest = F[0];
+    size->friction = 0;
+}
+
+static int newton_crawl_step(void *self, const ecp_real *z, const ecp_real *F, ecp_real fine,
+                             ecp_real compliance, ecp_real *dz)
+{
+    (void)self;
+    (void)z;
+    (void)F;
+    (void)fine;
+    dz[0] = compliance < ECP_R(0.5) ? ECP_R(-99.0) : ECP_R(10.0);
+    return 1;
+}
+
+static void newton_test_crawl(void)
+{
+    ecp_real work[5];
+    ecp_options o = ecp_options_default();
+    ecp_i_problem p;
+    int several;
+    memset(&p, 0, sizeof p);
+    p.n = 1;
+    p.residual = newton_crawl_residual;
+    p.step = newton_crawl_step;
+    p.F = work + 1;
+    p.dz = work + 2;
+    p.trial = work + 3;
+    p.drift = work + 4;
+    for (several = 0; several < 2; several++) {
+        ecp_i_effort effort = ecp_i_effort_after(&o, 0);
+        p.several = several;
+        work[0] = 0;
+        CHECK(!ecp_i_newton(&p, 0, o.tolerance, o.max_iterations, 0, work, &effort));
+        CHECK(several == (effort.iterations < 2 * ECP_I_STALE));
+    }
+}
+
 static void test_newton(void)
 {
     test_seed = 21;
@@ -588,4 +634,5 @@ static void test_newton(void)
     newton_test_bad_input();
     newton_test_haste();
     newton_test_circle();
+    newton_test_crawl();
 }

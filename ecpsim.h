@@ -5885,7 +5885,6 @@ typedef struct ecp_i_problem {
     ecp_real *F, *dz, *trial, *drift, *kept; /* n each */
     ecp_real *stalled;                       /* the same, or NULL: no continuation in haste */
     int large;   /* two bodies and more, ECP_I_LARGE unknowns and more */
-    int several; /* that, or three bodies and more */
     int hurries; /* the chain ends with the first three starts (ecp_i_hurries) */
 } ecp_i_problem;
 
@@ -5950,7 +5949,6 @@ static ecp_real ecp_i_content(ecp_real tolerance)
    alone nothing changes. */
 #define ECP_I_LARGE 1500
 
-static int ecp_i_has_several(const ecp_i_problem *p) { return ECP_I_PAIRS && p->several; }
 static int ecp_i_is_large(const ecp_i_problem *p) { return ECP_I_PAIRS && p->large; }
 static int ecp_i_in_haste(const ecp_i_problem *p) { return ECP_I_PAIRS && p->hurries; }
 
@@ -5963,8 +5961,8 @@ static int ecp_i_in_haste(const ecp_i_problem *p) { return ECP_I_PAIRS && p->hur
 #define ECP_I_SHORTEST_STEP ECP_R(1e-5)
 
 /* A search whose merit has not come a tenth below its lowest for so many iterations goes round in a
-   circle: after each good step a bad one is let pass, because of one as bad before the good one. With
-   several bodies it ends if its compliance is as large as this: more iterations seldom help then. */
+   circle: after each good step a bad one is let pass, because of one as bad before the good one. In
+   haste it ends if its compliance is as large as this: more iterations seldom help then. */
 #define ECP_I_STALE 8
 #define ECP_I_STALE_COMPLIANCE ECP_R(0.1)
 
@@ -6157,9 +6155,9 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             s.fine = ecp_i_max(ecp_i_min(s.fine / 10, 100 * now->error), now->error / 10);
         }
         s.merits[k % ECP_I_MEMORY] = s.merit;
-        if (ecp_i_has_several(p) && ecp_i_circles(&s, &lowest)) {
+        if ((ecp_i_is_large(p) || ecp_i_in_haste(p)) && ecp_i_circles(&s, &lowest)) {
             int i;
-            if (s.compliance >= ECP_I_STALE_COMPLIANCE) break;
+            if (ecp_i_in_haste(p) && s.compliance >= ECP_I_STALE_COMPLIANCE) break;
             /* the next step compares itself with this one alone */
             for (i = 0; ecp_i_is_large(p) && i < ECP_I_MEMORY; i++) s.merits[i] = s.merit;
         }
@@ -6467,7 +6465,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     p.valid = NULL;
     p.load = NULL;
     p.kept = p.stalled = NULL;
-    p.large = p.several = p.hurries = 0;
+    p.large = p.hurries = 0;
     ECPSIM_MEMCPY(s.z0, z, (size_t)size * sizeof(ecp_real));
     effort = ecp_i_effort_after(&o, 0);
     solved = ecp_i_solve(&p, &o, work, &effort);
@@ -8977,10 +8975,7 @@ static void ecp_i_island_problem(ecp_i_island *s, ecp_real *const *vectors, ecp_
 {
     p->self = s;
     p->n = s->unknowns;
-    if (ECP_I_PAIRS) {
-        p->large = s->body_count > 1 && p->n >= ECP_I_LARGE;
-        p->several = s->body_count > 2 || p->large;
-    }
+    if (ECP_I_PAIRS) p->large = ecp_i_body_count(s) > 1 && p->n >= ECP_I_LARGE;
     p->residual = ecp_i_island_residual;
     p->step = ecp_i_island_step;
     p->start = ecp_i_island_start;

@@ -564,7 +564,7 @@ static void newton_test_circle(void)
     memset(&p, 0, sizeof p);
     p.self = &n;
     p.n = n;
-    p.large = p.several = 1;
+    p.large = 1;
     p.hurries = 0;
     p.residual = newton_round_residual;
     p.step = newton_round_step;
@@ -578,8 +578,8 @@ static void newton_test_circle(void)
     for (k = 0; k < n; k++) CHECK_NEAR(work[0][k], 0.4, 2 * (double)o.tolerance);
 }
 
-/* A search that only crawls, towards a limit that is no solution, and must be damped much to do so: with
-   several bodies it ends as soon as that has shown, otherwise its iterations do. */
+/* A search that only crawls, towards a limit that is no solution, and must be damped much to do so: in
+   haste it ends as soon as that has shown, otherwise when its iterations do. */
 static void newton_crawl_residual(void *self, const ecp_real *z, ecp_real relax, ecp_real *F,
                                   ecp_i_size *size)
 {
@@ -606,7 +606,7 @@ static void newton_test_crawl(void)
     ecp_real work[5];
     ecp_options o = ecp_options_default();
     ecp_i_problem p;
-    int several;
+    int hasty;
     memset(&p, 0, sizeof p);
     p.n = 1;
     p.residual = newton_crawl_residual;
@@ -615,12 +615,12 @@ static void newton_test_crawl(void)
     p.dz = work + 2;
     p.trial = work + 3;
     p.drift = work + 4;
-    for (several = 0; several < 2; several++) {
+    for (hasty = 0; hasty < 2; hasty++) {
         ecp_i_effort effort = ecp_i_effort_after(&o, 0);
-        p.several = several;
+        p.hurries = hasty;
         work[0] = 0;
         CHECK(!ecp_i_newton(&p, 0, o.tolerance, o.max_iterations, 0, work, &effort));
-        CHECK(several == (effort.iterations < 2 * ECP_I_STALE));
+        CHECK(hasty == (effort.iterations < 2 * ECP_I_STALE));
     }
 }
 

@@ -5987,10 +5987,12 @@ static int ecp_i_in_haste(const ecp_i_problem *p) { return ECP_I_PAIRS && p->hur
 #define ECP_I_DAMPED_LIMIT 4
 
 /* strides begin at residuals below the first, are not longer than the second, and do not raise the
-   merit above the third */
+   merit above the third; so many of them a search may take where no part of the damped step will do,
+   which is enough to grow a millionfold */
 #define ECP_I_STALLED ECP_R(1e-3)
 #define ECP_I_LONGEST_STRIDE ECP_R(1.0)
 #define ECP_I_STRIDE_MERIT ECP_R(1e-4)
+#define ECP_I_STRIDES 10
 
 /* a search in progress: the last merits; the compliance; the length of the last stride, and what it was
    to mend */
@@ -6034,8 +6036,8 @@ static ecp_real ecp_i_line_search(const ecp_i_problem *p, const ecp_real *z, ecp
     return 0;
 }
 
-/* Where damped steps do not lower the residual any more, what is left of it is most often a small
-   contradiction: two constraints that say almost the same, as in a chain of bodies between two walls,
+/* Where damped steps do not lower the residual any more, or none is taken, what is left of it is most often a
+   small contradiction: two constraints that say almost the same, as in a chain of bodies between two walls,
    and forces that drift by contradiction / compliance in each step, until one of them ends, with its
    contact or with sticking, and the contradiction with it. Follows that drift in strides: four times as
    long as the last, or to where the secant of two strides' contradictions vanishes, back if they
@@ -6066,7 +6068,7 @@ static void ecp_i_take_stride(const ecp_i_problem *p, const ecp_real *z, ecp_rea
     ECPSIM_MEMCPY(p->drift, p->dz, (size_t)p->n * sizeof(ecp_real));
 }
 
-/* does the search go round in a circle? */
+/* Does the search go round in a circle? Notes the merit of this iteration. */
 static int ecp_i_circles(const ecp_i_search *s, ecp_i_lowest *lowest)
 {
     lowest->age++;
@@ -6088,8 +6090,8 @@ static int ecp_i_at_rounding(const ecp_i_size *size, ecp_real tolerance)
    is damped, the more the less it helps. Returns 1 with z solved to the tolerance, or 0. It aims at
    rounding, and is content with the tolerance, or with a rounding floor above it, only where another
    iteration does not halve the residual (friction that the floor grants gets one more, to go from sticking to
-   slipping): what one step misses is missed again by the warm start of the next, and adds up. A start that is
-   well below the tolerance is left as it is if `warm` says so, one in which nothing moves (warm = 2, so nothing
+   slipping): what one step misses is missed again by the warm start of the next, and adds up. Well below it an
+   iteration that makes things worse is not taken. A start that is well below the tolerance is left as it is if `warm` says so, one in which nothing moves (warm = 2, so nothing
    adds up) if it is below. */
 static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, int limit,
                         ecp_real relax, ecp_real *z, ecp_i_effort *effort)
@@ -6097,8 +6099,8 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     ecp_i_search s;
     ecp_i_lowest lowest;
     const ecp_i_size *now = &effort->size;
-    ecp_real before, above, enough, t;
-    int k, most = limit, granted = 0;
+    ecp_real before, above, rubbed, enough, t;
+    int k, most = limit, granted = 0, strides = 0;
     p->residual(p->self, z, relax, p->F, &effort->size);
     effort->evaluations++;
     if (ecp_i_at_rounding(now, tolerance)) return 1;
@@ -6119,15 +6121,27 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
         effort->iterations++;
         before = now->largest;
         above = now->error;
+        rubbed = now->friction;
         t = ecp_i_line_search(p, z, tolerance, relax, &s, effort);
         if (!(t > 0)) {
             /* back to the last point; it may be one that will do */
             p->residual(p->self, z, relax, p->F, &effort->size);
             if (above <= tolerance || s.compliance >= ECP_I_MOST_COMPLIANCE)
                 return above <= tolerance;
+            if (s.compliance > 0 && above < ECP_I_STALLED && strides++ < ECP_I_STRIDES) {
+                ecp_i_take_stride(p, z, relax, &s, effort);
+                ECPSIM_MEMCPY(z, p->trial, (size_t)p->n * sizeof(ecp_real));
+                continue;
+            }
             most = (ecp_i_is_large(p) ? 2 : 1) * ECP_I_DAMPED_LIMIT * limit;
             s.compliance = s.compliance > 0 ? 10 * s.compliance : ECP_I_FIRST_COMPLIANCE;
             continue;
+        }
+        if (above <= ecp_i_content(tolerance) && now->error > above && now->largest > before &&
+            (!ECP_I_FRICTION || rubbed <= tolerance)) {
+            /* the last point is the better one */
+            p->residual(p->self, z, relax, p->F, &effort->size);
+            return 1;
         }
         if (now->error > tolerance && s.compliance > 0 && 2 * now->error > above &&
             above < ECP_I_STALLED) {
@@ -6920,9 +6934,10 @@ static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *gue
 /* >>spots: a start from several points a patch. The patch at a trial pose is sampled at the points
    that are nearest when A is tilted a little to one of four sides, and at the nearest ones; with the
    geometry of these points as it is there, impulses and velocities by Gauss-Seidel sweeps (the normal
-   impulse of each point, then its friction); then the points at the pose that this leads to, again. What
-   engines do in place of the step is good enough to tell which patches carry, where, and which
-   slide. */
+   impulse of each point, then the patch's friction, which as in the step's problem acts where these act
+   together: friction in each point would make a torsion that the patch cannot bear); then the points at
+   the pose that this leads to, again. What engines do in place of the step is good enough to tell which
+   patches carry, where, and which slide. */
 
 #define ECP_I_SPOTS 5
 #define ECP_I_TILT ECP_R(0.02)
@@ -6933,11 +6948,20 @@ typedef struct ecp_i_spot {
     ecp_real a[3], b[3];   /* in the frames of the primitives */
     ecp_real ra[3], rb[3]; /* from the centres of mass, world */
     ecp_real gap;          /* over h, less what the trial motion closed of it */
-    ecp_real W, rho;       /* velocity per impulse along the normal, and a bound of it across */
-    ecp_real p[4];         /* p_n, p_t / e_t, p_o / e_o, p_r / e_r */
+    ecp_real W, p;         /* velocity per impulse along the normal; the impulse */
 } ecp_i_spot;
 
-static ecp_i_spot *ecp_i_spots(const ecp_i_pair *c) { return (ecp_i_spot *)(void *)c->block; }
+/* the spots of a patch, in the memory of its Newton block */
+typedef struct ecp_i_sample {
+    ecp_i_spot spots[ECP_I_SPOTS];
+    ecp_real y[3]; /* p_t / e_t, p_o / e_o, p_r / e_r */
+    ecp_real rho;  /* bounds the velocity per impulse across, for all of y together */
+} ecp_i_sample;
+
+static ecp_i_sample *ecp_i_sample_of(const ecp_i_pair *c)
+{
+    return (ecp_i_sample *)(void *)c->block;
+}
 
 /* turns Q by the small rotation r */
 static void ecp_i_tilt(const ecp_real r[3], ecp_real Q[9])
@@ -7034,7 +7058,8 @@ static ecp_real ecp_i_spot_admittance(const ecp_i_pair *c, const ecp_i_spot *k,
 static void ecp_i_spots_find(ecp_i_pair *c, ecp_real h)
 {
     static const ecp_real none[3] = {0, 0, 0};
-    ecp_i_spot *spots = ecp_i_spots(c);
+    ecp_i_sample *sample = ecp_i_sample_of(c);
+    ecp_i_spot *spots = sample->spots;
     ecp_i_posed A, B;
     ecp_real n[3], at[3], side[3], u[3], local[3];
     int i, k;
@@ -7046,8 +7071,10 @@ static void ecp_i_spots_find(ecp_i_pair *c, ecp_real h)
         ecp_i_pair_nearest(c, 1, h, spots[0].a, spots[0].b, n);
     ecp_i_scale(-1, n, c->N);
     ecp_i_tangents(c);
+    sample->rho = 0;
     for (i = 0; i < ECP_I_SPOTS; i++) {
         ecp_i_spot *s = spots + i;
+        ecp_real rho = 0;
         ecp_i_scale(i & 1 ? ECP_R(1) : ECP_R(-1), c->t, side);
         ecp_i_axpy(side, i & 2 ? ECP_R(1) : ECP_R(-1), c->o, side);
         if (ecp_i_on_plane(c)) {
@@ -7078,78 +7105,114 @@ static void ecp_i_spots_find(ecp_i_pair *c, ecp_real h)
         ecp_i_spot_velocity(s, c->ma->v, c->mb->v, u);
         s->gap = s->gap / h - ecp_i_dot(c->N, u);
         s->W = ecp_i_spot_admittance(c, s, c->N, 0);
-        s->rho = 0;
         for (k = 0; k < ecp_i_nf(c); k++) {
             ecp_real W = ecp_i_spot_admittance(c, s, k == 0 ? c->t : k == 1 ? c->o : none, k > 1);
-            s->rho = ecp_i_max(s->rho, c->e[k] * c->e[k] * W);
+            rho += c->e[k] * c->e[k] * W;
         }
+        sample->rho =
+            ecp_i_max(sample->rho, rho); /* convex in the place: holds between the spots */
     }
 }
 
-/* one visit of a spot: its normal impulse, then its friction */
-static void ecp_i_spot_relax(const ecp_i_pair *c, ecp_i_spot *k)
+/* Where the normal impulses of the spots act together, as a spot of which ra, rb and p are known; 0 if there
+   are none. */
+static int ecp_i_sample_centre(const ecp_i_sample *sample, ecp_i_spot *at)
 {
-    ecp_real u[3], spin[3], f[3], y[3] = {0, 0, 0}, w[3], p, size = 0, limit;
+    const ecp_i_spot *spots = sample->spots;
+    int i, k;
+    at->p = 0;
+    for (i = 0; i < ECP_I_SPOTS; i++) at->p += spots[i].p;
+    for (k = 0; k < 3; k++) at->ra[k] = at->rb[k] = 0;
+    if (!(at->p > 0)) return 0;
+    for (i = 0; i < ECP_I_SPOTS; i++) {
+        ecp_i_axpy(at->ra, spots[i].p / at->p, spots[i].ra, at->ra);
+        ecp_i_axpy(at->rb, spots[i].p / at->p, spots[i].rb, at->rb);
+    }
+    return 1;
+}
+
+/* the velocities after so much of the friction y at the spot */
+static void ecp_i_sample_rub(const ecp_i_pair *c, const ecp_i_spot *at, const ecp_real y[3],
+                             ecp_real share)
+{
+    ecp_real f[3];
+    ecp_i_scale(share * c->e[0] * y[0], c->t, f);
+    ecp_i_axpy(f, share * c->e[1] * y[1], c->o, f);
+    ecp_i_spot_push(c, at, f, ecp_i_nf(c) == 3 ? share * c->e[2] * y[2] : ECP_R(0));
+}
+
+/* friction at the spot where it acts, whose p is its load */
+static void ecp_i_sample_friction(const ecp_i_pair *c, const ecp_i_spot *at, ecp_i_sample *sample)
+{
+    ecp_real u[3], spin[3], w[3], change[3] = {0, 0, 0}, size = 0, limit = c->mu * at->p;
     int i;
-    ecp_i_spot_velocity(k, c->ma->residual, c->mb->residual, u);
-    p = ecp_i_max(0, k->p[0] - (ecp_i_dot(c->N, u) + k->gap) / k->W);
-    ecp_i_scale(p - k->p[0], c->N, f);
-    k->p[0] = p;
-    ecp_i_spot_push(c, k, f, 0);
-    if (ecp_i_nf(c) == 0) return;
-    ecp_i_spot_velocity(k, c->ma->residual, c->mb->residual, u);
+    ecp_i_spot_velocity(at, c->ma->residual, c->mb->residual, u);
     ecp_i_sub(c->ma->residual + 3, c->mb->residual + 3, spin);
     w[0] = c->e[0] * ecp_i_dot(c->t, u);
     w[1] = c->e[1] * ecp_i_dot(c->o, u);
     w[2] = c->e[2] * ecp_i_dot(c->N, spin);
     for (i = 0; i < ecp_i_nf(c); i++) {
-        y[i] = k->p[1 + i] - w[i] / k->rho;
-        size += y[i] * y[i];
+        change[i] = sample->y[i];
+        sample->y[i] -= w[i] / sample->rho;
+        size += sample->y[i] * sample->y[i];
     }
     size = ecp_i_sqrt(size);
-    limit = c->mu * p;
     for (i = 0; i < ecp_i_nf(c); i++) {
-        if (size > limit) y[i] *= limit / size;
-        w[i] = c->e[i] * (y[i] - k->p[1 + i]);
-        k->p[1 + i] = y[i];
+        if (size > limit) sample->y[i] *= limit / size;
+        change[i] = sample->y[i] - change[i];
     }
-    ecp_i_scale(w[0], c->t, f);
-    ecp_i_axpy(f, w[1], c->o, f);
-    ecp_i_spot_push(c, k, f, ecp_i_nf(c) == 3 ? w[2] : ECP_R(0));
+    ecp_i_sample_rub(c, at, change, 1);
+}
+
+/* one visit of a patch: the normal impulses of its spots, then its friction */
+static void ecp_i_sample_relax(const ecp_i_pair *c)
+{
+    ecp_i_sample *sample = ecp_i_sample_of(c);
+    ecp_i_spot was, at;
+    ecp_real u[3], f[3], p;
+    int k, bears = ecp_i_sample_centre(sample, &was);
+    for (k = 0; k < ECP_I_SPOTS; k++) {
+        ecp_i_spot *s = sample->spots + k;
+        ecp_i_spot_velocity(s, c->ma->residual, c->mb->residual, u);
+        p = ecp_i_max(0, s->p - (ecp_i_dot(c->N, u) + s->gap) / s->W);
+        ecp_i_scale(p - s->p, c->N, f);
+        s->p = p;
+        ecp_i_spot_push(c, s, f, 0);
+    }
+    if (ecp_i_nf(c) == 0) return;
+    if (bears) ecp_i_sample_rub(c, &was, sample->y, -1);
+    if (!ecp_i_sample_centre(sample, &at)) {
+        for (k = 0; k < 3; k++) sample->y[k] = 0;
+        return;
+    }
+    ecp_i_sample_rub(c, &at, sample->y, 1);
+    ecp_i_sample_friction(c, &at, sample);
 }
 
 /* the patch's unknowns from its spots: the ECP is where their normal forces act together */
 static void ecp_i_spots_gather(ecp_i_pair *c, ecp_real h, ecp_real *y)
 {
-    const ecp_i_spot *spots = ecp_i_spots(c);
+    const ecp_i_sample *sample = ecp_i_sample_of(c);
+    const ecp_i_spot *spots = sample->spots;
     ecp_i_posed A, B;
-    ecp_real a[3] = {0, 0, 0}, b[3] = {0, 0, 0}, ra[3] = {0, 0, 0}, p[4] = {0, 0, 0, 0}, n[3], f[3];
-    ecp_real arm[3], moment[3] = {0, 0, 0}, local[3];
+    ecp_real a[3] = {0, 0, 0}, b[3] = {0, 0, 0}, p = 0, n[3], local[3];
     int i, k;
     for (i = 0; i < ECP_I_SPOTS; i++) {
-        for (k = 0; k < 4; k++) p[k] += spots[i].p[k];
-        ecp_i_axpy(a, spots[i].p[0], spots[i].a, a);
-        ecp_i_axpy(b, spots[i].p[0], spots[i].b, b);
-        ecp_i_axpy(ra, spots[i].p[0], spots[i].ra, ra);
+        p += spots[i].p;
+        ecp_i_axpy(a, spots[i].p, spots[i].a, a);
+        ecp_i_axpy(b, spots[i].p, spots[i].b, b);
     }
-    if (!(p[0] > 0)) {
+    if (!(p > 0)) {
         ecp_i_start_geometric(c, h, NULL, 0, y);
         y[ecp_i_at_p(c)] = 0;
         return;
     }
-    ecp_i_scale(1 / p[0], a, a);
-    ecp_i_scale(1 / p[0], b, b);
-    ecp_i_scale(1 / p[0], ra, ra);
-    for (i = 0; i < ECP_I_SPOTS && ecp_i_nf(c) == 3; i++) {
-        ecp_i_scale(c->e[0] * spots[i].p[1], c->t, f);
-        ecp_i_axpy(f, c->e[1] * spots[i].p[2], c->o, f);
-        ecp_i_sub(spots[i].ra, ra, arm);
-        ecp_i_add_cross(arm, f, moment);
-    }
-    if (ecp_i_nf(c) == 3) p[3] += ecp_i_dot(moment, c->N) / c->e[2];
+    ecp_i_scale(1 / p, a, a);
+    ecp_i_scale(1 / p, b, b);
     for (i = 0; i < c->count; i++) y[i] = 0;
     ecp_i_scale(1 / c->L, a, y);
-    for (k = 0; k <= ecp_i_nf(c); k++) y[ecp_i_at_p(c) + k] = p[k] / c->P;
+    y[ecp_i_at_p(c)] = p / c->P;
+    for (k = 0; k < ecp_i_nf(c); k++) y[ecp_i_at_p(c) + 1 + k] = sample->y[k] / c->P;
     ecp_i_scale(-1, c->N, n);
     ecp_i_pose(c, 0, 1, &A);
     ecp_i_pose(c, 1, 1, &B);
@@ -7163,20 +7226,19 @@ static void ecp_i_spots_gather(ecp_i_pair *c, ecp_real h, ecp_real *y)
                            y + ecp_i_at_m(c));
 }
 
-/* the velocities (in m->residual) with the impulses of all spots */
-static void ecp_i_spots_apply(const ecp_i_pair *c)
+/* the velocities (in m->residual) with the impulses of the patch */
+static void ecp_i_sample_apply(const ecp_i_pair *c)
 {
-    const ecp_i_spot *spots = ecp_i_spots(c);
+    const ecp_i_sample *sample = ecp_i_sample_of(c);
+    ecp_i_spot at;
     ecp_real f[3];
     int i;
     for (i = 0; i < ECP_I_SPOTS; i++) {
-        const ecp_real *p = spots[i].p;
-        ecp_i_scale(p[0], c->N, f);
-        if (ecp_i_nf(c) > 0) {
-            ecp_i_axpy(f, c->e[0] * p[1], c->t, f);
-            ecp_i_axpy(f, c->e[1] * p[2], c->o, f);
-        }
-        ecp_i_spot_push(c, spots + i, f, ecp_i_nf(c) == 3 ? c->e[2] * p[3] : ECP_R(0));
+        ecp_i_scale(sample->spots[i].p, c->N, f);
+        ecp_i_spot_push(c, sample->spots + i, f, 0);
+    }
+    if (ecp_i_nf(c) > 0 && ecp_i_sample_centre(sample, &at)) {
+        ecp_i_sample_rub(c, &at, sample->y, 1);
     }
 }
 
@@ -7184,7 +7246,7 @@ static void ecp_i_spots_apply(const ecp_i_pair *c)
 static void ecp_i_spots_round(ecp_i_island *s, ecp_real *z)
 {
     ecp_real dv[6];
-    int i, j, k, sweep;
+    int i, j, sweep;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
         for (j = 0; j < 6; j++) m->residual[j] = m->body->v[j] + m->body->v_carry[j] + m->free[j];
@@ -7194,12 +7256,11 @@ static void ecp_i_spots_round(ecp_i_island *s, ecp_real *z)
         if (!ecp_i_moves_a(c)) ECPSIM_MEMCPY(c->ma->residual, c->ma->v, sizeof c->ma->v);
         if (!ecp_i_moves_b(c)) ECPSIM_MEMCPY(c->mb->residual, c->mb->v, sizeof c->mb->v);
         ecp_i_spots_find(c, s->h);
-        ecp_i_spots_apply(c);
+        ecp_i_sample_apply(c);
     }
     for (sweep = 0; sweep < ECP_I_SWEEPS; sweep++) {
         for (i = 0; i < s->pair_count; i++) {
-            const ecp_i_pair *c = s->pairs[sweep & 1 ? s->pair_count - 1 - i : i];
-            for (k = 0; k < ECP_I_SPOTS; k++) ecp_i_spot_relax(c, ecp_i_spots(c) + k);
+            ecp_i_sample_relax(s->pairs[sweep & 1 ? s->pair_count - 1 - i : i]);
         }
     }
     for (i = 0; i < ecp_i_body_count(s); i++) {
@@ -7219,7 +7280,7 @@ static int ecp_i_start_spots(ecp_i_island *s, ecp_real *z)
     if (!s->tree.fronts) ecp_i_island_carve(s);
     if (s->arena->overflow) return 0;
     for (i = 0; i < s->pair_count; i++) {
-        ECPSIM_MEMSET(ecp_i_spots(s->pairs[i]), 0, ECP_I_SPOTS * sizeof(ecp_i_spot));
+        ECPSIM_MEMSET(ecp_i_sample_of(s->pairs[i]), 0, sizeof(ecp_i_sample));
     }
     for (round = 0; round < ECP_I_ROUNDS; round++) ecp_i_spots_round(s, z);
     for (i = 0; i < s->pair_count; i++) {

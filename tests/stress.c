@@ -4,8 +4,8 @@
    line a step on stderr. STRESS_SEED=1 stress full: other cases of the same families, for any number.
    STRESS_FALLBACKS=31 stress full corner: with these of the ECP_FALLBACK_... alone (here without the chord).
    After every step the report is counted, and penetration is measured by code that knows nothing of
-   the solver (distance.h). A step that is not solved ends its case. `stress full cups` is known to leave
-   many unsolved (docs/numerics.md, Limits) and is no part of the whole run. One row a family, and the sum:
+   the solver (distance.h). A step that is not solved ends its case. `stress full cups` and `stress full
+   wall` are known to leave some unsolved (docs/numerics.md) and are no part of the whole run. One row a family, and the sum:
 
      geom .. sub   steps that needed each fallback
      depth         worst penetration, in relation to the smaller body of the pair
@@ -810,6 +810,34 @@ static void build_cups(trial *t)
     t->steps = 200;
 }
 
+/* a wall of 2 to 5 layers of 3 to 8 bricks, in bond, that a ball hits: most of a step's travel is deeper
+   than a brick is thick */
+static void build_wall(trial *t)
+{
+    scene *s = &t->s;
+    int layers = 2 + t->number % 4, across = 3 + t->number / 4 % 6, i;
+    double x[3], v[3] = {0, 0, 0};
+    solid brick, ball;
+    solid_box(&brick, 0.1, 0.05, 0.05);
+    solid_round(&ball, ECP_SPHERE, 0.1, 0, 0);
+    scene_open(s, layers * across + 2, layers * across + 2, 10 * layers * across, 12, 9.8);
+    friction(s, uniform(s, 0.2, 0.8), uniform(s, 0, 0.005));
+    ground(s, 0, 0, 1, NULL);
+    for (i = 0; i < layers * across; i++) {
+        x[0] = 0.2 * (i % across) + 0.1 * (i / across % 2);
+        x[1] = 0;
+        x[2] = 0.05 + 0.1 * (i / across);
+        put(t, &brick, 2, x, NULL, NULL, NULL);
+    }
+    x[0] = uniform(s, 0, 0.2 * (across - 1));
+    x[1] = -0.3;
+    x[2] = uniform(s, 0.15, 0.1 * layers);
+    v[1] = uniform(s, 5, 15);
+    put(t, &ball, 5, x, NULL, v, NULL);
+    t->h = 1.0 / 60;
+    t->steps = 30;
+}
+
 /* a wedge driven between two planes: its half angle theirs, or off by a little; mu locks it */
 static void build_jam(trial *t)
 {
@@ -977,6 +1005,7 @@ static const family families[] = {
     {"jam", build_jam, 20, 200, 0},       {"rod", build_rod, 30, 300, 0},
     {"rest", build_rest, 1, 1, 0},        {"push", build_push, 3, 3, 0},
     {"creep", build_creep, 9, 12, 0},     {"cups", build_cups, 4, 40, 1},
+    {"wall", build_wall, 4, 24, 1},
 };
 
 /* ---- measuring */

@@ -12,6 +12,7 @@ static int iterations_of_the_step;
 #include "fallbacks/multistart.inc"
 #include "fallbacks/substeps.inc"
 #include "fallbacks/sticking.inc"
+#include "fallbacks/strides.inc"
 #include "fallbacks/chord.inc"
 #include "fallbacks/light.inc"
 #include "fallbacks/work.inc"
@@ -39,6 +40,15 @@ static void check_fallback(dumped *step, int fallback)
     CHECK(r.worst_gap >= -1e-12);
     CHECK(step_with(step, ecp_options_default().fallbacks, &r) == ECP_OK);
     CHECK(r.fallbacks != 0);
+}
+
+/* Newton alone where the line search takes no part of a damped step: along the drift of the impulses
+   (ecp_i_take_stride) */
+static void test_fallbacks_strides(void)
+{
+    ecp_report r;
+    CHECK(step_with(step_strides, 0, &r) == ECP_OK);
+    CHECK(r.fallbacks == 0 && r.worst_gap >= -1e-12);
 }
 
 /* Newton finds from slipping to sticking under a load of 5e-4 of the momenta in play: rho of its steps is
@@ -147,6 +157,7 @@ static void test_fallbacks(void)
     step_with(step_substeps, ECP_FALLBACK_SUBSTEPS, &r);
     CHECK(r.substeps > 1);
     test_fallbacks_sticking();
+    test_fallbacks_strides();
     test_fallbacks_chord();
     test_fallbacks_light();
     test_fallbacks_work();

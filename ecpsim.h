@@ -6091,8 +6091,8 @@ static int ecp_i_at_rounding(const ecp_i_size *size, ecp_real tolerance)
    rounding, and is content with the tolerance, or with a rounding floor above it, only where another
    iteration does not halve the residual (friction that the floor grants gets one more, to go from sticking to
    slipping): what one step misses is missed again by the warm start of the next, and adds up. Well below it an
-   iteration that makes things worse is not taken. A start that is well below the tolerance is left as it is if `warm` says so, one in which nothing moves (warm = 2, so nothing
-   adds up) if it is below. */
+   iteration that makes things worse is not taken. A start that is well below the tolerance is left as it is if
+   `warm` says so, one in which nothing moves (warm = 2, so nothing adds up) if it is below. */
 static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, int limit,
                         ecp_real relax, ecp_real *z, ecp_i_effort *effort)
 {

@@ -6017,11 +6017,19 @@ static void ecp_i_try(const ecp_i_problem *p, const ecp_real *z, ecp_real t, ecp
     effort->evaluations++;
 }
 
+/* Is a residual worse than one that was well below the tolerance? */
+static int ecp_i_is_worse(const ecp_i_size *was, const ecp_i_size *now, ecp_real tolerance)
+{
+    return was->error <= ecp_i_content(tolerance) && now->error > was->error &&
+           now->largest > was->largest && (!ECP_I_FRICTION || was->friction <= tolerance);
+}
+
 /* The non-monotone Armijo rule along dz. Returns the part of the step that is taken, or 0. */
 static ecp_real ecp_i_line_search(const ecp_i_problem *p, const ecp_real *z, ecp_real tolerance,
                                   ecp_real relax, ecp_i_search *s, ecp_i_effort *effort)
 {
-    ecp_real best = s->slack, t = 1, above = effort->size.error;
+    const ecp_i_size was = effort->size, *now = &effort->size;
+    ecp_real best = s->slack, t = 1;
     ecp_real shortest =
         s->compliance < ECP_I_MOST_COMPLIANCE ? ECP_I_SHORT_STEP : ECP_I_SHORTEST_STEP;
     int i;
@@ -6029,8 +6037,8 @@ static ecp_real ecp_i_line_search(const ecp_i_problem *p, const ecp_real *z, ecp
     s->slack /= 4;
     for (; t >= shortest; t /= 2) {
         ecp_i_try(p, z, t, relax, s, effort);
-        if (effort->size.error <= tolerance) return t;
-        if (above <= tolerance) return 0;
+        if (now->error <= tolerance && !ecp_i_is_worse(&was, now, tolerance)) return t;
+        if (was.error <= tolerance) return 0;
         if (s->merit <= (1 - ECP_R(2e-4) * t) * best) return t;
     }
     return 0;
@@ -6099,7 +6107,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     ecp_i_search s;
     ecp_i_lowest lowest;
     const ecp_i_size *now = &effort->size;
-    ecp_real before, above, rubbed, enough, t;
+    ecp_real before, above, enough, t;
     int k, most = limit, granted = 0, strides = 0;
     p->residual(p->self, z, relax, p->F, &effort->size);
     effort->evaluations++;
@@ -6121,27 +6129,17 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
         effort->iterations++;
         before = now->largest;
         above = now->error;
-        rubbed = now->friction;
         t = ecp_i_line_search(p, z, tolerance, relax, &s, effort);
         if (!(t > 0)) {
             /* back to the last point; it may be one that will do */
             p->residual(p->self, z, relax, p->F, &effort->size);
             if (above <= tolerance || s.compliance >= ECP_I_MOST_COMPLIANCE)
                 return above <= tolerance;
-            if (s.compliance > 0 && above < ECP_I_STALLED && strides++ < ECP_I_STRIDES) {
-                ecp_i_take_stride(p, z, relax, &s, effort);
-                ECPSIM_MEMCPY(z, p->trial, (size_t)p->n * sizeof(ecp_real));
+            if (!(s.compliance > 0) || above >= ECP_I_STALLED || strides++ >= ECP_I_STRIDES) {
+                most = (ecp_i_is_large(p) ? 2 : 1) * ECP_I_DAMPED_LIMIT * limit;
+                s.compliance = s.compliance > 0 ? 10 * s.compliance : ECP_I_FIRST_COMPLIANCE;
                 continue;
             }
-            most = (ecp_i_is_large(p) ? 2 : 1) * ECP_I_DAMPED_LIMIT * limit;
-            s.compliance = s.compliance > 0 ? 10 * s.compliance : ECP_I_FIRST_COMPLIANCE;
-            continue;
-        }
-        if (above <= ecp_i_content(tolerance) && now->error > above && now->largest > before &&
-            (!ECP_I_FRICTION || rubbed <= tolerance)) {
-            /* the last point is the better one */
-            p->residual(p->self, z, relax, p->F, &effort->size);
-            return 1;
         }
         if (now->error > tolerance && s.compliance > 0 && 2 * now->error > above &&
             above < ECP_I_STALLED) {

@@ -6115,7 +6115,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     enough = warm > 1 ? tolerance : ecp_i_content(tolerance);
     if (warm && now->error <= enough && (!ECP_I_FRICTION || now->friction <= enough)) return 1;
     for (k = 0; k < ECP_I_MEMORY; k++) s.merits[k] = ecp_i_merit(p->n, p->F);
-    lowest.merit = s.merits[0];
+    s.merit = lowest.merit = s.merits[0];
     lowest.age = 0;
     s.slack = ECP_I_SLACK;
     s.fine = 1;

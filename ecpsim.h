@@ -4761,10 +4761,10 @@ static ecp_real ecp_i_normal_noise(const ecp_real H[9], const ecp_real x[3])
 }
 
 /* Fills the block at the point of the last evaluation and eliminates what can be. F: the patch's
-   rows. With `centring` the unknowns are counted from the target, so that the least step is the one
-   that ends nearest to it. */
+   rows; what is not larger than the floor of a normal's is left as it is. With `centring` the unknowns
+   are counted from the target, so that the least step is the one that ends nearest to it. */
 static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F, ecp_real h,
-                             int centring)
+                             int centring, ecp_real floor)
 {
     /* how near to its kink a row may be treated as on either side */
     ecp_real kink = centring ? ecp_i_sqrt(ECP_I_EPSILON) : ECP_R(0);
@@ -4810,7 +4810,7 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
         rhs[c->columns * (row + i)] = -c->slope_a[j] * ecp_i_dot(c->ga + 3 * j, da);
     }
     for (i = 0; i < rows; i++) rhs[c->columns * i] = -rhs[c->columns * i];
-    for (i = 0; i < row; i++) rhs[c->columns * i] -= F[i];
+    for (i = 0; i < row; i++) rhs[c->columns * i] -= ecp_i_abs(F[i]) > floor ? F[i] : 0;
     for (i = 0; i < c->kl; i++)
         rhs[c->columns * row++] -= F[(ecp_i_on_plane(c) ? 3 : 4) + c->active_a[i]];
     for (i = 0; i < ecp_i_km(c); i++)
@@ -5549,6 +5549,7 @@ typedef struct ecp_i_island {
     int nearest;   /* the rule is ECP_NEAREST: starts keep the ECPs where they can */
     int uncentred; /* a patch starts from a point that the rule ECP_CENTRED did not choose, */
     int in_vain;   /* or could not find */
+    int still;     /* nothing moved in the start */
     int loose;     /* in float: normals are held to the tolerance only (ecp_i_geometry_error) */
     size_t begin, blocks_at; /* where the memory of a Newton step begins, and that of its blocks */
     ecp_i_tree tree;
@@ -5828,10 +5829,11 @@ static size_t ecp_i_island_wants(const ecp_i_island *s)
 #define ECP_I_ASKS_AGAIN 1
 #endif
 
-/* The Newton step at the point of the last residual. With a compliance the gap, the slip and the tilt of
-   a contact give way to the change of its impulse and its pressure centre, so that none of these
-   can become large for the sake of a small residual. Returns 0 if the step is not finite, or if the
-   memory does not suffice. */
+/* The Newton step at the point of the last residual. Where nothing moves, what is rounding in a normal on
+   a half-space is not mended: a quaternion has no room for so small a turn and takes twice as much, and
+   the next step would turn back. With a compliance the gap, the slip and the tilt of a contact give way
+   to the change of its impulse and its pressure centre, so that none of these can become large for the
+   sake of a small residual. Returns 0 if the step is not finite, or if the memory does not suffice. */
 static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, ecp_real fine,
                              ecp_real compliance, ecp_real *dz)
 {
@@ -5843,7 +5845,8 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         c->compliance = compliance;
-        ecp_i_block_fill(c, z + c->at, F + c->at, s->h, ECP_I_CENTRING && s->centring);
+        ecp_i_block_fill(c, z + c->at, F + c->at, s->h, ECP_I_CENTRING && s->centring,
+                         s->still && ecp_i_on_plane(c) ? 2 * ECP_I_EPSILON : 0);
         ecp_i_block_eliminate(c);
     }
     for (i = 0; i < n; i++) dz[i] = -F[i];
@@ -5884,8 +5887,9 @@ typedef struct ecp_i_problem {
     void (*load)(void *self, ecp_real share);
     ecp_real *F, *dz, *trial, *drift, *kept; /* n each */
     ecp_real *stalled;                       /* the same, or NULL: no continuation in haste */
-    int large;   /* two bodies and more, ECP_I_LARGE unknowns and more */
-    int hurries; /* the chain ends with the first three starts (ecp_i_hurries) */
+    int velocities; /* so many unknowns come first that say how velocities change; 0: there are none */
+    int large;      /* two bodies and more, ECP_I_LARGE unknowns and more */
+    int hurries;    /* the chain ends with the first three starts (ecp_i_hurries) */
 } ecp_i_problem;
 
 typedef struct ecp_i_effort {
@@ -5994,6 +5998,9 @@ static int ecp_i_in_haste(const ecp_i_problem *p) { return ECP_I_PAIRS && p->hur
 #define ECP_I_STRIDE_MERIT ECP_R(1e-4)
 #define ECP_I_STRIDES 10
 
+/* the residual from which on a warm start has a rival */
+#define ECP_I_BAD_START ECP_R(1e-2)
+
 /* a search in progress: the last merits; the compliance; the length of the last stride, and what it was
    to mend */
 typedef struct ecp_i_search {
@@ -6006,15 +6013,21 @@ typedef struct ecp_i_lowest {
     int age;
 } ecp_i_lowest;
 
+static void ecp_i_evaluate(const ecp_i_problem *p, const ecp_real *z, ecp_real relax,
+                           ecp_i_effort *effort)
+{
+    p->residual(p->self, z, relax, p->F, &effort->size);
+    effort->evaluations++;
+}
+
 /* the residual at z + t dz, which p->trial becomes */
 static void ecp_i_try(const ecp_i_problem *p, const ecp_real *z, ecp_real t, ecp_real relax,
                       ecp_i_search *s, ecp_i_effort *effort)
 {
     int i;
     for (i = 0; i < p->n; i++) p->trial[i] = z[i] + t * p->dz[i];
-    p->residual(p->self, p->trial, relax, p->F, &effort->size);
+    ecp_i_evaluate(p, p->trial, relax, effort);
     s->merit = ecp_i_merit(p->n, p->F);
-    effort->evaluations++;
 }
 
 /* Is a residual worse than one that was well below the tolerance? */
@@ -6094,6 +6107,22 @@ static int ecp_i_at_rounding(const ecp_i_size *size, ecp_real tolerance)
     return size->error <= ecp_i_aim(tolerance) && size->rest <= ecp_i_content(tolerance) / 8;
 }
 
+/* The velocities of a warm start balance its impulses. A body that is held takes up in its impulses what
+   is new in a step (a push, for one), and its velocities stay as they were: where that start is the better
+   of two bad ones it becomes z. What is wrong with velocities weighs more than the residual says, as it
+   is multiplied by what carries a stack. */
+static void ecp_i_better_start(const ecp_i_problem *p, ecp_real *z, ecp_i_effort *effort)
+{
+    ecp_real was = effort->size.largest;
+    if (p->velocities == 0 || was < ECP_I_BAD_START) return;
+    ECPSIM_MEMCPY(p->trial, z, (size_t)p->n * sizeof(ecp_real));
+    ECPSIM_MEMSET(z, 0, (size_t)p->velocities * sizeof(ecp_real));
+    ecp_i_evaluate(p, z, 0, effort);
+    if (effort->size.largest < was) return;
+    ECPSIM_MEMCPY(z, p->trial, (size_t)p->n * sizeof(ecp_real));
+    ecp_i_evaluate(p, z, 0, effort);
+}
+
 /* Newton from z, with a line search on |F|^2 / 2. A step of which the line search takes next to nothing
    is damped, the more the less it helps. Returns 1 with z solved to the tolerance, or 0. It aims at
    rounding, and is content with the tolerance, or with a rounding floor above it, only where another
@@ -6109,11 +6138,11 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     const ecp_i_size *now = &effort->size;
     ecp_real before, above, enough, t;
     int k, most = limit, granted = 0, strides = 0;
-    p->residual(p->self, z, relax, p->F, &effort->size);
-    effort->evaluations++;
+    ecp_i_evaluate(p, z, relax, effort);
     if (ecp_i_at_rounding(now, tolerance)) return 1;
     enough = warm > 1 ? tolerance : ecp_i_content(tolerance);
     if (warm && now->error <= enough && (!ECP_I_FRICTION || now->friction <= enough)) return 1;
+    if (warm) ecp_i_better_start(p, z, effort);
     for (k = 0; k < ECP_I_MEMORY; k++) s.merits[k] = ecp_i_merit(p->n, p->F);
     s.merit = lowest.merit = s.merits[0];
     lowest.age = 0;
@@ -6132,7 +6161,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
         t = ecp_i_line_search(p, z, tolerance, relax, &s, effort);
         if (!(t > 0)) {
             /* back to the last point; it may be one that will do */
-            p->residual(p->self, z, relax, p->F, &effort->size);
+            ecp_i_evaluate(p, z, relax, effort);
             if (above <= tolerance || s.compliance >= ECP_I_MOST_COMPLIANCE)
                 return above <= tolerance;
             if (!(s.compliance > 0) || above >= ECP_I_STALLED || strides++ >= ECP_I_STRIDES) {
@@ -6269,8 +6298,7 @@ static int ecp_i_attempt(const ecp_i_problem *p, int warm, const ecp_options *o,
         p->start(p->self, 0, z);
         if (ecp_i_continue_in_haste(p, o->tolerance, z, effort)) return 1;
         ECPSIM_MEMCPY(z, p->stalled, (size_t)p->n * sizeof(ecp_real));
-        p->residual(p->self, z, 0, p->F, &effort->size);
-        effort->evaluations++;
+        ecp_i_evaluate(p, z, 0, effort);
     }
     if (!p->repair || !ecp_i_may(o, ECP_FALLBACK_GEOMETRIC)) return 0;
     effort->fallbacks |= ECP_FALLBACK_GEOMETRIC;
@@ -6477,7 +6505,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     p.valid = NULL;
     p.load = NULL;
     p.kept = p.stalled = NULL;
-    p.large = p.hurries = 0;
+    p.velocities = p.large = p.hurries = 0;
     ECPSIM_MEMCPY(s.z0, z, (size_t)size * sizeof(ecp_real));
     effort = ecp_i_effort_after(&o, 0);
     solved = ecp_i_solve(&p, &o, work, &effort);
@@ -8611,7 +8639,7 @@ static int ecp_i_turns_up(const ecp_i_pair *c, const ecp_i_patch *old)
 }
 
 /* the last of the starts; fallbacks that a program does without need none but the warm one */
-#define ECP_I_STARTS ((ECPSIM_FALLBACKS) & ~(ECP_FALLBACK_SUBSTEPS | ECP_FALLBACK_CHORD) ? 10 : 0)
+#define ECP_I_STARTS ((ECPSIM_FALLBACKS) & ~(ECP_FALLBACK_SUBSTEPS | ECP_FALLBACK_CHORD) ? 11 : 0)
 
 /* Is it a pair that starts after the others, warm or geometric as it has turned out then? */
 static int ecp_i_waits(const ecp_i_island *s, const ecp_i_pair *c, int first)
@@ -8641,7 +8669,7 @@ static int ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, e
             ECP_I_FLAT, z + c->at);
     ecp_i_pair_geometry(c, z + c->at);
     if (!ecp_i_on_plane(c)) ecp_i_set_direction(c);
-    if (k > 6) {
+    if (k > 6 && !first) {
         ecp_i_aside(c, k, aside);
         ecp_i_start_geometric(c, s->h, aside, ECP_I_FLAT, z + c->at);
         ecp_i_pair_geometry(c, z + c->at);
@@ -8656,17 +8684,19 @@ static int ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, e
 }
 
 /* Start k: the patches warm (0), geometric (1), from several points each (2), geometric for the pose
-   that a part of the free motion leads to (3 to 6), or geometric with the ECPs to one side (7 to 10).
-   The warm start's velocities balance its impulses (a patch without a history knows its load but not
-   where it acts, and gets no moment); those that are nothing but the rounding of that balance, or that
-   the rounding floors of the patches would let pass, are zero instead, or they would add up to a drift,
-   or come and go in turn with the impulse that takes them back. */
+   that a part of the free motion leads to (3 to 6), geometric with the ECPs to one side (7 to 10), or
+   warm once more, now without a rival (11; see ecp_i_better_start). The warm start's velocities
+   balance its impulses (a patch without a history knows its load but not where it acts, and gets no
+   moment); those that are nothing but the rounding of that balance, or that the rounding floors of the
+   patches would let pass, are zero instead, or they would add up to a drift, or come and go in turn
+   with the impulse that takes them back. */
 static int ecp_i_island_start(void *self, int k, ecp_real *z)
 {
     static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)};
     ecp_i_island *s = (ecp_i_island *)self;
     ecp_real dv[6];
-    int i, j, first = ECP_I_STARTS == 0 || k == 0, moves = 0, waiting = 0, known = 1;
+    int i, j, first = ECP_I_STARTS == 0 || k == 0 || k == ECP_I_STARTS, moves = 0, waiting = 0,
+              known = 1;
     if (k > ECP_I_STARTS) return 0;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
@@ -8698,6 +8728,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
     for (i = 0; waiting && i < s->pair_count; i++) {
         if (ecp_i_waits(s, s->pairs[i], first)) ecp_i_start_patch(s, s->pairs[i], k, first, z);
     }
+    s->still = 0;
     if (k == 2) return ecp_i_start_spots(s, z);
     for (i = 0; first && i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
@@ -8705,7 +8736,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         unit[0] = m->speed;
         unit[1] = m->speed / m->length;
         slow = ecp_i_max(m->noise, m->jitter);
-        noise[0] = s->noise * unit[0] + slow;
+        noise[0] = ecp_i_max(s->noise * unit[0] + slow, s->turn / s->h * m->length);
         noise[1] = ecp_i_max(s->noise * unit[1] + slow / m->length, s->turn / s->h);
         ecp_i_velocity_change(m, m->residual, dv);
         for (j = 0; j < 6; j++) {
@@ -8719,6 +8750,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         ecp_i_scale(1 / unit[0], dv, z + 6 * i);
         ecp_i_scale(1 / unit[1], dv + 3, z + 6 * i + 3);
     }
+    s->still = first && !moves;
     return moves ? 1 : 2;
 }
 
@@ -9034,6 +9066,7 @@ static void ecp_i_island_problem(ecp_i_island *s, ecp_real *const *vectors, ecp_
 {
     p->self = s;
     p->n = s->unknowns;
+    p->velocities = 6 * ecp_i_body_count(s);
     if (ECP_I_PAIRS) p->large = ecp_i_body_count(s) > 1 && p->n >= ECP_I_LARGE;
     p->residual = ecp_i_island_residual;
     p->step = ecp_i_island_step;

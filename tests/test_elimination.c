@@ -479,7 +479,7 @@ static double elimination_error(elimination_island *e, const ecp_real *dz, doubl
     }
     for (k = 0; k < e->pair_count; k++) {
         ecp_i_pair *c = e->members[k];
-        ecp_i_block_fill(c, e->z + c->at, e->F + c->at, e->s.h, e->s.centring);
+        ecp_i_block_fill(c, e->z + c->at, e->F + c->at, e->s.h, e->s.centring, 0);
         for (i = 0; i < c->columns - 1; i++) {
             const ecp_real *row = c->block + c->columns * i;
             int at = elimination_place(c, i, 0);
@@ -1000,7 +1000,7 @@ static void elimination_collect(elimination_island *e, elimination_dense *d)
     d->rows = d->m = 0;
     for (k = 0; k < e->pair_count; k++) {
         ecp_i_pair *c = e->members[k];
-        ecp_i_block_fill(c, e->z + c->at, e->F + c->at, e->s.h, e->s.centring);
+        ecp_i_block_fill(c, e->z + c->at, e->F + c->at, e->s.h, e->s.centring, 0);
         ecp_i_block_eliminate(c);
         d->m += c->ny - c->pivots;
     }

@@ -13,6 +13,7 @@ static int iterations_of_the_step;
 #include "fallbacks/substeps.inc"
 #include "fallbacks/sticking.inc"
 #include "fallbacks/strides.inc"
+#include "fallbacks/rival.inc"
 #include "fallbacks/chord.inc"
 #include "fallbacks/light.inc"
 #include "fallbacks/work.inc"
@@ -40,6 +41,15 @@ static void check_fallback(dumped *step, int fallback)
     CHECK(r.worst_gap >= -1e-12);
     CHECK(step_with(step, ecp_options_default().fallbacks, &r) == ECP_OK);
     CHECK(r.fallbacks != 0);
+}
+
+/* Newton alone from the velocities as they were, where those that balance the last step's impulses lead
+   nowhere (ecp_i_better_start) */
+static void test_fallbacks_rival(void)
+{
+    ecp_report r;
+    CHECK(step_with(step_rival, 0, &r) == ECP_OK);
+    CHECK(r.fallbacks == 0 && r.substeps == 1 && r.worst_gap >= -1e-12);
 }
 
 /* Newton alone where the line search takes no part of a damped step: along the drift of the impulses
@@ -105,7 +115,7 @@ static void test_fallbacks_light(void)
 }
 
 /* What slides at 13 m/s stops within the step of 0.1 s, and spins at 85 rad/s then: a solution far away, whole and
-   exact, which Newton takes if sub-steps may not be used, or iterations are counted. In two steps it comes to rest. */
+   exact, which Newton takes if sub-steps may not be used, or iterations are counted. In shorter steps it comes to rest. */
 static void test_fallbacks_work(void)
 {
     ecp_world *w = NULL;
@@ -119,7 +129,7 @@ static void test_fallbacks_work(void)
     fallbacks_of_the_step = ECP_FALLBACK_SUBSTEPS;
     CHECK(step_work(&w, &r) == ECP_OK && r.fallbacks == ECP_FALLBACK_SUBSTEPS);
     CHECK(ecp_body_get_state(w, 1, NULL, NULL, NULL, spin) == ECP_OK);
-    CHECK(r.substeps == 2 && r.work < 1e-3 && ecp_i_norm(spin) < 1e-9);
+    CHECK(r.substeps > 1 && r.work < 1e-3 && ecp_i_norm(spin) < 1e-9);
     free(w);
     iterations_of_the_step = 1000;
     CHECK(step_work(&w, &r) == ECP_OK && r.fallbacks == 0 && r.substeps == 1 && r.work > 5);
@@ -127,8 +137,8 @@ static void test_fallbacks_work(void)
     free(w);
 }
 
-/* A speck of 5e-6 m that would fall by 0.1 m in the step: its contact wins energy in all the sub-steps that are
-   tried as well. Then it is let, in the whole step, with the bits that it has without sub-steps. */
+/* A body of 0.016 m that turns by four radians in the step: its contact wins energy in all the sub-steps that
+   are tried as well. Then it is let, in the whole step, with the bits that it has without sub-steps. */
 static void test_fallbacks_anyhow(void)
 {
     ecp_world *w[2];
@@ -137,7 +147,7 @@ static void test_fallbacks_anyhow(void)
     for (k = 0; k < 2; k++) {
         fallbacks_of_the_step = k ? ECP_FALLBACK_SUBSTEPS : 0;
         CHECK(step_anyhow(w + k, r + k) == ECP_OK);
-        CHECK(r[k].fallbacks == fallbacks_of_the_step && r[k].substeps == 1 && r[k].work > 3);
+        CHECK(r[k].fallbacks == fallbacks_of_the_step && r[k].substeps == 1 && r[k].work > 2);
     }
     CHECK(r[1].iterations > 3 * r[0].iterations);
     CHECK(!memcmp(ecp_i_bodies(w[0]), ecp_i_bodies(w[1]), 2 * sizeof(ecp_i_body)));
@@ -157,6 +167,7 @@ static void test_fallbacks(void)
     step_with(step_substeps, ECP_FALLBACK_SUBSTEPS, &r);
     CHECK(r.substeps > 1);
     test_fallbacks_sticking();
+    test_fallbacks_rival();
     test_fallbacks_strides();
     test_fallbacks_chord();
     test_fallbacks_light();

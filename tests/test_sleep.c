@@ -586,6 +586,49 @@ static void test_sleep_space(void)
     free(w);
 }
 
+/* Boxes of any shape, dropped on the ground in any pose, end on a face and sleep there: an angle of half a
+   rounding error must not go to and fro (the floor of ecp_i_block_fill). Without torsion they would spin. */
+static void test_sleep_tossed(void)
+{
+    ecp_world_desc d = ecp_world_desc_default();
+    ecp_material m = ecp_material_default();
+    ecp_options o = ecp_options_default();
+    ecp_report r;
+    int run, i, k, asleep = 0;
+    d.max_bodies = d.max_shapes = 11;
+    d.max_patches = 40;
+    d.max_inequalities = 12;
+    m.e_r = ECP_R(0.05);
+    o.sleep = 1;
+    for (run = 0; run < 4; run++) {
+        ecp_world *w = test_world(&d);
+        ecp_body_desc b = ecp_body_desc_default();
+        ecp_shape box;
+        test_ground(w, 0, 0, 1, &m);
+        for (i = 0; i < 10; i++) {
+            ecp_real half[3], size = 0;
+            ecp_mass mass;
+            int body = -1;
+            for (k = 0; k < 3; k++) half[k] = (ecp_real)(0.15 + 0.1 * test_random());
+            for (k = 0; k < 4; k++) b.rotation[k] = (ecp_real)test_random();
+            for (k = 0; k < 4; k++) size += b.rotation[k] * b.rotation[k];
+            if (!(size > 0)) b.rotation[0] = 1;
+            b.position[0] = (ecp_real)(2 * i);
+            b.position[2] = (ecp_real)(1 + 0.5 * test_random());
+            CHECK(ecp_shape_box(&box, half) == ECP_OK);
+            ecp_shape_mass(&box, 500, &mass);
+            b.mass = mass.mass;
+            for (k = 0; k < 9; k++) b.inertia[k] = mass.inertia[k];
+            CHECK(ecp_body_add(w, &b, &body) == ECP_OK);
+            CHECK(ecp_body_add_shape(w, body, &box, NULL, NULL, &m, NULL) == ECP_OK);
+        }
+        for (i = 0; i < 900; i++) CHECK(ecp_step(w, (ecp_real)(1 / 240.0), &o, &r) == ECP_OK);
+        asleep += r.asleep;
+        free(w);
+    }
+    CHECK(asleep >= 39);
+}
+
 static void test_sleep(void)
 {
     test_sleep_events();
@@ -599,4 +642,5 @@ static void test_sleep(void)
     test_sleep_incline();
     test_sleep_space();
     test_sleep_pushed();
+    test_sleep_tossed();
 }

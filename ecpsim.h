@@ -4761,8 +4761,8 @@ static ecp_real ecp_i_normal_noise(const ecp_real H[9], const ecp_real x[3])
 }
 
 /* Fills the block at the point of the last evaluation and eliminates what can be. F: the patch's
-   rows; what is not larger than the floor of a normal's is left as it is. With `centring` the unknowns
-   are counted from the target, so that the least step is the one that ends nearest to it. */
+   rows; of a flat face's normal rows what is not above `floor` counts as zero. With `centring` the
+   unknowns are counted from the target, so that the least step is the one that ends nearest to it. */
 static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F, ecp_real h,
                              int centring, ecp_real floor)
 {
@@ -4774,6 +4774,8 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
     int i, k, rows, row, bodies = ecp_i_moves_a(c) + ecp_i_moves_b(c);
     ecp_i_hessian(&c->a->shape, c->a_local, y + 3, c->L, c->Ha);
     c->n_noise = ecp_i_normal_noise(c->Ha, y);
+    /* where a surface is curved these rows say where the ECP is, and with it a moment */
+    if (c->n_noise > 0) floor = 0;
     for (i = 0; i < 3; i++) c->Ha[4 * i] += ECP_I_CURVED * ecp_i_relax(c);
     c->kl = ecp_i_condense(c->nl, y + 3, c->fa, c->ga, c->L, ecp_i_relax(c), kink, c->fixed_a,
                            c->slope_a, c->active_a, c->Ha, shift_a);
@@ -5829,11 +5831,12 @@ static size_t ecp_i_island_wants(const ecp_i_island *s)
 #define ECP_I_ASKS_AGAIN 1
 #endif
 
-/* The Newton step at the point of the last residual. Where nothing moves, what is rounding in a normal on
-   a half-space is not mended: a quaternion has no room for so small a turn and takes twice as much, and
-   the next step would turn back. With a compliance the gap, the slip and the tilt of a contact give way
-   to the change of its impulse and its pressure centre, so that none of these can become large for the
-   sake of a small residual. Returns 0 if the step is not finite, or if the memory does not suffice. */
+/* The Newton step at the point of the last residual. Where nothing moves, what is rounding in the normal
+   of a flat face on a half-space is not mended: a quaternion has no room for so small a turn and takes
+   twice as much, and the next step would turn back. With a compliance the gap, the slip and the tilt of
+   a contact give way to the change of its impulse and its pressure centre, so that none of these can
+   become large for the sake of a small residual. Returns 0 if the step is not finite, or if the memory
+   does not suffice. */
 static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, ecp_real fine,
                              ecp_real compliance, ecp_real *dz)
 {
@@ -6110,7 +6113,7 @@ static int ecp_i_at_rounding(const ecp_i_size *size, ecp_real tolerance)
 /* The velocities of a warm start balance its impulses. A body that is held takes up in its impulses what
    is new in a step (a push, for one), and its velocities stay as they were: where that start is the better
    of two bad ones it becomes z. What is wrong with velocities weighs more than the residual says, as it
-   is multiplied by what carries a stack. */
+   is multiplied by what a stack carries. */
 static void ecp_i_better_start(const ecp_i_problem *p, ecp_real *z, ecp_i_effort *effort)
 {
     ecp_real was = effort->size.largest;
@@ -8688,15 +8691,15 @@ static int ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, e
    warm once more, now without a rival (11; see ecp_i_better_start). The warm start's velocities
    balance its impulses (a patch without a history knows its load but not where it acts, and gets no
    moment); those that are nothing but the rounding of that balance, or that the rounding floors of the
-   patches would let pass, are zero instead, or they would add up to a drift, or come and go in turn
-   with the impulse that takes them back. */
+   patches would let pass, or of a turn that the quaternion has no room for, with the way of the body's
+   outside in it, are zero instead, or they would add up to a drift, or come and go in turn with the
+   impulse that takes them back. */
 static int ecp_i_island_start(void *self, int k, ecp_real *z)
 {
     static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)};
     ecp_i_island *s = (ecp_i_island *)self;
     ecp_real dv[6];
-    int i, j, first = ECP_I_STARTS == 0 || k == 0 || k == ECP_I_STARTS, moves = 0, waiting = 0,
-              known = 1;
+    int i, j, first = ECP_I_STARTS == 0 || k == 0 || k == ECP_I_STARTS, waiting = 0, known = 1;
     if (k > ECP_I_STARTS) return 0;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
@@ -8728,7 +8731,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
     for (i = 0; waiting && i < s->pair_count; i++) {
         if (ecp_i_waits(s, s->pairs[i], first)) ecp_i_start_patch(s, s->pairs[i], k, first, z);
     }
-    s->still = 0;
+    s->still = first;
     if (k == 2) return ecp_i_start_spots(s, z);
     for (i = 0; first && i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
@@ -8744,14 +8747,13 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
             if (ecp_i_abs(m->body->v[j] + (m->body->v_carry[j] + dv[j])) <= noise[j / 3]) {
                 dv[j] = -m->body->v[j] - m->body->v_carry[j];
             } else {
-                moves = 1;
+                s->still = 0;
             }
         }
         ecp_i_scale(1 / unit[0], dv, z + 6 * i);
         ecp_i_scale(1 / unit[1], dv + 3, z + 6 * i + 3);
     }
-    s->still = first && !moves;
-    return moves ? 1 : 2;
+    return first && !s->still ? 1 : 2;
 }
 
 /* Where Newton has stalled, most often an ECP hangs on to a face or an edge that the pose has turned

@@ -8686,6 +8686,13 @@ static int ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, e
     return warm;
 }
 
+/* a change of a body's velocities in units of its unknowns */
+static void ecp_i_start_motion(const ecp_i_motion *m, const ecp_real dv[6], ecp_real z[6])
+{
+    ecp_i_scale(1 / m->speed, dv, z);
+    ecp_i_scale(m->length / m->speed, dv + 3, z + 3);
+}
+
 /* Start k: the patches warm (0), geometric (1), from several points each (2), geometric for the pose
    that a part of the free motion leads to (3 to 6), geometric with the ECPs to one side (7 to 10), or
    warm once more, now without a rival (11; see ecp_i_better_start). The warm start's velocities
@@ -8707,10 +8714,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         for (j = 0; k > 2 && k < 7 && j < 6; j++) {
             dv[j] = parts[k - 3] * (m->body->v[j] + m->free[j]) - m->body->v[j];
         }
-        if (!first) {
-            ecp_i_scale(1 / m->speed, dv, z + 6 * i);
-            ecp_i_scale(m->length / m->speed, dv + 3, z + 6 * i + 3);
-        }
+        if (!first) ecp_i_start_motion(m, dv, z + 6 * i);
         ECPSIM_MEMSET(m->residual, 0, sizeof m->residual);
         m->noise = m->jitter = 0;
         ecp_i_move(m, s->h, dv);
@@ -8735,23 +8739,19 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
     if (k == 2) return ecp_i_start_spots(s, z);
     for (i = 0; first && i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
-        ecp_real unit[2], noise[2], slow;
-        unit[0] = m->speed;
-        unit[1] = m->speed / m->length;
-        slow = ecp_i_max(m->noise, m->jitter);
-        noise[0] = ecp_i_max(s->noise * unit[0] + slow, s->turn / s->h * m->length);
-        noise[1] = ecp_i_max(s->noise * unit[1] + slow / m->length, s->turn / s->h);
+        ecp_real noise = ecp_i_max(s->noise * m->speed + ecp_i_max(m->noise, m->jitter),
+                                   s->turn / s->h * m->length);
         ecp_i_velocity_change(m, m->residual, dv);
         for (j = 0; j < 6; j++) {
             dv[j] = m->free[j] - dv[j];
-            if (ecp_i_abs(m->body->v[j] + (m->body->v_carry[j] + dv[j])) <= noise[j / 3]) {
+            if (j == 3) noise /= m->length;
+            if (ecp_i_abs(m->body->v[j] + (m->body->v_carry[j] + dv[j])) <= noise) {
                 dv[j] = -m->body->v[j] - m->body->v_carry[j];
             } else {
                 s->still = 0;
             }
         }
-        ecp_i_scale(1 / unit[0], dv, z + 6 * i);
-        ecp_i_scale(1 / unit[1], dv + 3, z + 6 * i + 3);
+        ecp_i_start_motion(m, dv, z + 6 * i);
     }
     return first && !s->still ? 1 : 2;
 }

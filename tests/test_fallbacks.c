@@ -177,7 +177,20 @@ static void test_fallbacks(void)
 
 #else
 
+#include "fallbacks/balanced.inc"
 #include "fallbacks/loose.inc"
+
+/* Two blunt cones on each other. In one of the sub-steps the start with velocities as they were is the better one by
+   its residual, and leads nowhere, as do all others but the last: velocities that balance the impulses, with no rival. */
+static void test_fallbacks_balanced(void)
+{
+    ecp_world *w = NULL;
+    ecp_report r;
+    fallbacks_of_the_step = ECP_FALLBACK_SUBSTEPS | ECP_FALLBACK_MULTISTART;
+    CHECK(step_balanced(&w, &r) == ECP_OK);
+    CHECK(r.fallbacks == fallbacks_of_the_step);
+    free(w);
+}
 
 /* Normals can not be held to rounding here by any start; held to the tolerance they can, with neither the chord nor
    sub-steps (ecp_i_geometry_error). The other steps are hard in double only. */
@@ -190,6 +203,7 @@ static void test_fallbacks(void)
     CHECK(step_loose(&w, &r) == ECP_OK);
     CHECK(r.fallbacks == fallbacks_of_the_step);
     free(w);
+    test_fallbacks_balanced();
 }
 
 #endif

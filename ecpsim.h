@@ -390,9 +390,10 @@ ECP_DEF int ecp_least_squares(int m, int n, ecp_real *A, int ld, ecp_real *b, ec
    are updated but never pivoted (they belong to somebody else). A pivot may stand where
    row_tag[i] & mask and col_tag[j] & mask are both not zero. Stops when no such entry exceeds
    `tolerance` in size, and returns the number of pivots so far; what is left of the block could
-   not be pivoted. row_tag[rows] and col_tag[cols], as well as row_order and col_order, which say
-   which row and column of the original stands at each place, are exchanged along; row_order may be
-   NULL. */
+   not be pivoted. Below each pivot stand the multipliers of its row, as of an LU, with which another
+   right-hand side can be eliminated later. row_tag[rows] and col_tag[cols], as well as row_order and
+   col_order, which say which row and column of the original stands at each place, are exchanged
+   along; row_order may be NULL. */
 ECP_DEF int ecp_eliminate(ecp_real *A, int ld, int all_rows, int all_cols, int rows, int cols,
                           int first, int mask, ecp_real tolerance, int *row_tag, int *col_tag,
                           int *row_order, int *col_order);
@@ -1462,22 +1463,57 @@ ECP_DEF void ecp_chol_solve(int n, const ecp_real *A, int ld, ecp_real *b)
     }
 }
 
-/* |A(k:m, j)|, scaled where a square that counts would over- or underflow */
+/* |A(k:m, j)|, scaled by its largest component */
 static ecp_real ecp_i_column_norm(int k, int m, int j, const ecp_real *A, int ld)
 {
-    const ecp_real low = ECP_I_SMALLEST / (ECP_I_EPSILON * ECP_I_EPSILON);
     ecp_real big = 0, sum = 0;
     int i;
-    for (i = k; i < m; i++) sum += A[i * ld + j] * A[i * ld + j];
-    if (sum > low && sum < 1 / low) return ecp_i_sqrt(sum);
     for (i = k; i < m; i++) big = ecp_i_max(big, ecp_i_abs(A[i * ld + j]));
     if (!(big > 0)) return 0;
-    sum = 0;
     for (i = k; i < m; i++) {
         ecp_real x = A[i * ld + j] / big;
         sum += x * x;
     }
     return big * ecp_i_sqrt(sum);
+}
+
+static void ecp_i_note_longest(ecp_real size, int j, ecp_real *most, int *longest)
+{
+    if (!(size > *most)) return;
+    *most = size;
+    *longest = j;
+}
+
+/* The norm of the longest of the columns k to n of A from row k to m, and which it is (k if all are zero). By
+   squares, but where one that counts would over- or underflow. */
+static ecp_real ecp_i_longest_column(int k, int m, int n, const ecp_real *A, int ld, int *longest)
+{
+    const ecp_real low = ECP_I_SMALLEST / (ECP_I_EPSILON * ECP_I_EPSILON);
+    ecp_real most = 0;
+    int i, j;
+    for (j = k; ECP_I_FOUR && j + 3 < n; j += 4) {
+        ecp_real a = 0, b = 0, c = 0, d = 0;
+        for (i = k; i < m; i++) {
+            const ecp_real *row = A + i * ld + j;
+            a += row[0] * row[0];
+            b += row[1] * row[1];
+            c += row[2] * row[2];
+            d += row[3] * row[3];
+        }
+        ecp_i_note_longest(a, j, &most, longest);
+        ecp_i_note_longest(b, j + 1, &most, longest);
+        ecp_i_note_longest(c, j + 2, &most, longest);
+        ecp_i_note_longest(d, j + 3, &most, longest);
+    }
+    for (; j < n; j++) {
+        ecp_real sum = 0;
+        for (i = k; i < m; i++) sum += A[i * ld + j] * A[i * ld + j];
+        ecp_i_note_longest(sum, j, &most, longest);
+    }
+    if (most > low && most < 1 / low) return ecp_i_sqrt(most);
+    most = 0;
+    for (j = k; j < n; j++) ecp_i_note_longest(ecp_i_column_norm(k, m, j, A, ld), j, &most, longest);
+    return most;
 }
 
 /* b -= tau v (v.b), v = (1, A(k+1:m, k)), on b(k:m) with the stride of a column or a vector */
@@ -1552,15 +1588,8 @@ static int ecp_i_qr(int m, int n, int all, ecp_real *A, int ld, ecp_real *tau, i
     ecp_real first = 0;
     for (j = 0; j < n; j++) piv[j] = j;
     for (k = 0; k < steps; k++) {
-        ecp_real best = 0, alpha, beta;
         int p = k;
-        for (j = k; j < n; j++) {
-            ecp_real size = ecp_i_column_norm(k, m, j, A, ld);
-            if (size > best) {
-                best = size;
-                p = j;
-            }
-        }
+        ecp_real best = ecp_i_longest_column(k, m, n, A, ld, &p), alpha, beta;
         if (k == 0) first = best;
         if (!(best > ecp_i_max(tolerance * first, floor))) return k;
         ecp_i_exchange(m, A + k, A + p, ld);
@@ -1610,7 +1639,11 @@ static void ecp_i_subtract_rows(int n, int count, const ecp_real *factor, const 
         row[j + 2] = c;
         row[j + 3] = d;
     }
-    for (k = 0; k < count; k++) ecp_i_subtract_row(n - j, factor[k], A + ld * k + j, row + j);
+    for (; j < n; j++) {
+        ecp_real a = row[j];
+        for (k = 0; k < count; k++) a -= factor[k] * A[ld * k + j];
+        row[j] = a;
+    }
 }
 
 /* rows of [R1 R2], R1 upper triangular, to [1 R1^-1 R2] */
@@ -1700,7 +1733,7 @@ ECP_DEF int ecp_eliminate(ecp_real *A, int ld, int all_rows, int all_cols, int r
             ecp_real factor = A[i * ld + k];
             if (factor == 0) continue;
             factor /= A[k * ld + k];
-            A[i * ld + k] = 0;
+            A[i * ld + k] = factor;
             ecp_i_subtract_row(all_cols - k - 1, factor, A + k * ld + k + 1, A + i * ld + k + 1);
         }
     }
@@ -3885,6 +3918,7 @@ typedef struct ecp_i_pair {
     ecp_real *fixed_a, *slope_a;
     int *active_a, *row_tag, *col_tag, *col_order;
     int kl, km, ny, columns, pivots;
+    int *row_order; /* where pairs are (ecp_i_block_again) */
     struct ecp_i_pair *next_here; /* of the patches that are assembled at the same front */
     const ecp_real *left;         /* the values of the unknowns passed on to it */
 
@@ -4374,13 +4408,15 @@ static void ecp_i_change_of_b(const ecp_i_pair *c, const ecp_i_change *t, ecp_re
 /* rows of a pair's geometry: |n|, Qb^T n + sum m grad g(b), and the active multipliers of g */
 static int ecp_i_pair_column(const ecp_i_pair *c, const ecp_i_change *t, ecp_real *column)
 {
-    ecp_real local[3], db[3], turned[3];
+    ecp_real local[3] = {0, 0, 0}, db[3], turned[3];
     int i, k, ld = c->columns, row = 0;
     column[ld * row++] = ecp_i_dot(c->n, t->n);
     ecp_i_change_of_b(c, t, db);
-    ecp_i_cross(c->n, t->turn_b, turned);
-    ecp_i_axpy(turned, 1, t->n, turned);
-    ecp_i_mul_t(c->Qb, turned, local);
+    if (!ecp_i_is_zero(t->n) || !ecp_i_is_zero(t->turn_b)) {
+        ecp_i_cross(c->n, t->turn_b, turned);
+        ecp_i_axpy(turned, 1, t->n, turned);
+        ecp_i_mul_t(c->Qb, turned, local);
+    }
     ecp_i_mul(c->on_b->Hb, db, turned);
     for (k = 0; k < 3; k++) column[ld * row++] = local[k] + turned[k] + t->rows[k];
     row += c->kl;
@@ -4396,6 +4432,7 @@ static int ecp_i_pair_column(const ecp_i_pair *c, const ecp_i_change *t, ecp_rea
    of the radius by p_n */
 typedef struct ecp_i_slopes {
     ecp_real p, d, rest, outer, radius;
+    ecp_real on_a, on_b; /* momentum of A and B in their units, for an impulse on A */
     ecp_i_projection cone;
 } ecp_i_slopes;
 
@@ -4408,6 +4445,8 @@ static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_real kink, ec
         s->p = 0;
         s->d = 1;
     }
+    if (ecp_i_moves_a(c)) s->on_a = -1 / (c->ma->mass * c->ma->speed);
+    if (ecp_i_moves_b(c)) s->on_b = 1 / (c->mb->mass * c->mb->speed);
     s->rest = 0;
     if (ecp_i_nf(c) == 0) return;
     ecp_i_cone_project(c, ecp_i_rho(c), &s->cone);
@@ -4444,17 +4483,18 @@ static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_slopes *s, co
     }
 }
 
-/* momentum rows of one body, scaled by m vs and m vs L */
-static void ecp_i_wrench_column(const ecp_i_pair *c, const ecp_i_motion *m, ecp_real sign,
+/* momentum rows of one body, in units of m vs and m vs L; scale: 1 over the former, negative on A */
+static void ecp_i_wrench_column(const ecp_i_pair *c, const ecp_i_motion *m, ecp_real scale,
                                 const ecp_real r[3], const ecp_real dr[3], const ecp_real dF[3],
                                 const ecp_real twist[3], ecp_real *column)
 {
-    ecp_real moment[3], scale = -sign / (m->mass * m->speed);
-    int k, ld = c->columns;
-    ecp_i_copy3(twist, moment);
-    ecp_i_add_cross(dr, c->force, moment);
-    ecp_i_add_cross(r, dF, moment);
-    for (k = 0; k < 3; k++) column[ld * k] = scale * dF[k];
+    ecp_real moment[3];
+    int k, ld = c->columns, pushes = !ecp_i_is_zero(dF);
+    if (!pushes && ecp_i_is_zero(dr) && ecp_i_is_zero(twist)) return;
+    ecp_i_cross(dr, c->force, moment);
+    ecp_i_axpy(moment, 1, twist, moment);
+    if (pushes) ecp_i_add_cross(r, dF, moment);
+    for (k = 0; pushes && k < 3; k++) column[ld * k] = scale * dF[k];
     scale /= m->length;
     for (k = 0; k < 3; k++) column[ld * (3 + k)] = scale * moment[k];
 }
@@ -4518,24 +4558,23 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i
         if (turns) ecp_i_axpy(twist, ecp_i_torsion(c), dN, twist);
     }
     if (ecp_i_moves_a(c)) {
-        ecp_i_wrench_column(c, c->ma, 1, c->ra, t->ra, dF, twist, column + ld * row);
+        ecp_i_wrench_column(c, c->ma, s->on_a, c->ra, t->ra, dF, twist, column + ld * row);
         row += 6;
     }
     if (ecp_i_moves_b(c))
-        ecp_i_wrench_column(c, c->mb, -1, c->rb, t->rb, dF, twist, column + ld * row);
+        ecp_i_wrench_column(c, c->mb, s->on_b, c->rb, t->rb, dF, twist, column + ld * row);
 }
 
 /* Multipliers whose row is steeper in l than in the constraint, dF = da dl + db ds with da >= db,
    are eliminated at once: dl_i = fixed_i + slope_i g_i.da; they add slope_i g_i g_i^T to the Hessian
-   H and sum_i fixed_i g_i to the cone. The others are listed in active[], with fixed = da and slope
-   = db. Returns their number. At the kink (both l and f within `kink` of zero) the constraint counts
+   H and sum_i fixed_i g_i to the cone (ecp_i_shift). The others are listed in active[], with fixed =
+   da and slope = db. Returns their number. At the kink (both l and f within `kink` of zero) the constraint counts
    as off, which is one of the generalised derivatives: an ECP on the rim of its patch can leave it. */
 static int ecp_i_condense(int count, const ecp_real *l, const ecp_real *f, const ecp_real *g,
                           ecp_real L, ecp_real tau, ecp_real kink, ecp_real *fixed, ecp_real *slope,
-                          int *active, ecp_real H[9], ecp_real shift[3])
+                          int *active, ecp_real H[9])
 {
     int i, j, k, kept = 0;
-    ecp_i_set3(0, 0, 0, shift);
     for (i = 0; i < count; i++) {
         ecp_real da, db, F = ecp_i_fb(l[i], -f[i] / L, tau, &da, &db);
         if (!(tau > 0) && ecp_i_abs(l[i]) <= kink && ecp_i_abs(f[i]) <= kink * L) {
@@ -4550,12 +4589,25 @@ static int ecp_i_condense(int count, const ecp_real *l, const ecp_real *f, const
         }
         fixed[i] = -F / da;
         slope[i] = db / da;
-        ecp_i_axpy(shift, fixed[i], g + 3 * i, shift);
         for (j = 0; slope[i] > 0 && j < 3; j++) {
             for (k = 0; k < 3; k++) H[3 * j + k] += slope[i] * g[3 * i + j] * g[3 * i + k];
         }
     }
     return kept;
+}
+
+/* sum_i fixed_i g_i over the multipliers that are eliminated at once: all but the active ones */
+static void ecp_i_shift(int count, const ecp_real *g, const ecp_real *fixed, int kept, const int *active,
+                        ecp_real shift[3])
+{
+    int i, k = 0;
+    ecp_i_set3(0, 0, 0, shift);
+    for (i = 0; i < count; i++) {
+        if (k < kept && active[k] == i)
+            k++;
+        else
+            ecp_i_axpy(shift, fixed[i], g + 3 * i, shift);
+    }
 }
 
 static void ecp_i_hessian(const ecp_shape *s, const ecp_real x[3], const ecp_real *l, ecp_real L,
@@ -4649,6 +4701,14 @@ static void ecp_i_change_motion(const ecp_i_pair *c, const ecp_i_motion *m, ecp_
     ecp_real w[3], turn[3], dr[3], local[3], u[3];
     ecp_real sign = m == c->ma ? ECP_R(1) : ECP_R(-1);
     int of_a = !ECP_I_PAIRS || m == c->ma;
+    if (ECP_I_PAIRS && ecp_i_chord(c) == 0 && ecp_i_is_zero(dv + 3)) {
+        /* nothing turns */
+        ecp_i_axpy(t->v, sign * m->speed, dv, t->v);
+        ecp_i_scale(sign * h * m->speed, dv, dr);
+        ecp_i_axpy(t->rb, 1, dr, t->rb);
+        ecp_i_add_cross(dr, c->mb->v + 3, t->v);
+        return;
+    }
     ecp_i_scale(m->speed / m->length, dv + 3, w);
     ecp_i_mul(m->J, w, turn);
     ecp_i_axpy(t->spin, sign, w, t->spin);
@@ -4729,6 +4789,13 @@ static void ecp_i_block_columns(ecp_i_pair *c, const ecp_i_slopes *s, ecp_real h
         const ecp_i_motion *m = side ? c->mb : c->ma;
         for (i = 0; (side ? ecp_i_moves_b(c) : ecp_i_moves_a(c)) && i < 6; i++, column++) {
             ecp_real unit[6] = {0, 0, 0, 0, 0, 0};
+            if (side && ecp_i_moves_a(c) && i < 3) {
+                /* where only A is seen from B it does not matter which of the two moves */
+                for (k = 0; k < ld - 1; k++) {
+                    c->block[ld * k + column] = -c->block[ld * k + column - 6];
+                }
+                continue;
+            }
             unit[i] = 1;
             ECPSIM_MEMSET(&t, 0, sizeof t);
             ecp_i_change_motion(c, m, h, unit, &t);
@@ -4760,25 +4827,20 @@ static ecp_real ecp_i_normal_noise(const ecp_real H[9], const ecp_real x[3])
     return 2 * ECP_I_EPSILON * most;
 }
 
-/* Fills the block at the point of the last evaluation and eliminates what can be. F: the patch's
-   rows; of a flat face's normal rows what is not above `floor` counts as zero. With `centring` the
-   unknowns are counted from the target, so that the least step is the one that ends nearest to it. */
-static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F, ecp_real h,
-                             int centring, ecp_real floor)
+/* how near to its kink a row may be treated as on either side */
+static ecp_real ecp_i_kink(int centring) { return centring ? ecp_i_sqrt(ECP_I_EPSILON) : ECP_R(0); }
+
+/* At the point of the last evaluation: the Hessians, which multipliers are kept, and how large the
+   block is with these. */
+static void ecp_i_block_condense(ecp_i_pair *c, const ecp_real *y, int centring)
 {
-    /* how near to its kink a row may be treated as on either side */
-    ecp_real kink = centring ? ecp_i_sqrt(ECP_I_EPSILON) : ECP_R(0);
-    ecp_real b[3], shift_a[3], shift_b[3] = {0, 0, 0}, da[3], *rhs;
-    ecp_i_slopes slopes;
-    ecp_i_change t;
-    int i, k, rows, row, bodies = ecp_i_moves_a(c) + ecp_i_moves_b(c);
+    ecp_real b[3], kink = ecp_i_kink(centring);
+    int i;
     ecp_i_hessian(&c->a->shape, c->a_local, y + 3, c->L, c->Ha);
     c->n_noise = ecp_i_normal_noise(c->Ha, y);
-    /* where a surface is curved these rows say where the ECP is, and with it a moment */
-    if (c->n_noise > 0) floor = 0;
     for (i = 0; i < 3; i++) c->Ha[4 * i] += ECP_I_CURVED * ecp_i_relax(c);
     c->kl = ecp_i_condense(c->nl, y + 3, c->fa, c->ga, c->L, ecp_i_relax(c), kink, c->fixed_a,
-                           c->slope_a, c->active_a, c->Ha, shift_a);
+                           c->slope_a, c->active_a, c->Ha);
     c->km = 0;
     if (!ecp_i_on_plane(c)) {
         const ecp_real *m = y + ecp_i_at_m(c);
@@ -4787,26 +4849,35 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
         b[0] = b[1] = b[2] = ecp_i_norm(side->b_local) / c->L; /* from turned coordinates */
         c->n_noise += ecp_i_normal_noise(side->Hb, b);
         c->km = ecp_i_condense(c->nm, m, side->fb, side->gb, c->L, ecp_i_relax(c), kink,
-                               side->fixed_b, side->slope_b, side->active_b, side->Hb, shift_b);
+                               side->fixed_b, side->slope_b, side->active_b, side->Hb);
     }
     c->ny = 4 + c->kl + ecp_i_nf(c) + (ecp_i_on_plane(c) ? 0 : 1 + c->km);
-    rows = c->ny + 6 * bodies;
-    c->columns = rows + 1;
-    ECPSIM_MEMSET(c->block, 0, (size_t)(rows * c->columns) * sizeof(ecp_real));
-    ecp_i_pair_slopes(c, h, kink, &slopes);
-    ecp_i_block_columns(c, &slopes, h);
+    c->columns = c->ny + 6 * (ecp_i_moves_a(c) + ecp_i_moves_b(c)) + 1;
+}
 
-    /* right-hand side: -F, less what the eliminated multipliers and the target change */
-    rhs = c->block + rows;
+/* The right-hand side: -F, less what the eliminated multipliers and the target change. F: the patch's
+   rows; of a flat face's normal rows what is not above `floor` counts as zero. The column is zero
+   before. */
+static void ecp_i_block_rhs(const ecp_i_pair *c, const ecp_i_slopes *slopes, const ecp_real *y,
+                            const ecp_real *F, ecp_real h, int centring, ecp_real floor)
+{
+    ecp_real shift[3], da[3], *rhs = c->block + c->columns - 1;
+    ecp_i_change t;
+    int i, k, rows = c->columns - 1, row = ecp_i_on_plane(c) ? 3 : 4;
+    /* where a surface is curved these rows say where the ECP is, and with it a moment */
+    if (c->n_noise > 0) floor = 0;
     ECPSIM_MEMSET(&t, 0, sizeof t);
-    ecp_i_change_cone(c, shift_a, &t);
+    ecp_i_shift(c->nl, c->ga, c->fixed_a, c->kl, c->active_a, shift);
+    ecp_i_change_cone(c, shift, &t);
     if (centring) {
         ecp_i_target(c, y, da, t.p);
         ecp_i_change_ecp(c, da, &t);
     }
-    if (!ecp_i_on_plane(c)) ecp_i_axpy(t.rows, 1, shift_b, t.rows);
-    ecp_i_column(c, &slopes, &t, h, rhs);
-    row = ecp_i_on_plane(c) ? 3 : 4;
+    if (!ecp_i_on_plane(c)) {
+        ecp_i_shift(c->nm, c->on_b->gb, c->on_b->fixed_b, c->km, c->on_b->active_b, shift);
+        ecp_i_axpy(t.rows, 1, shift, t.rows);
+    }
+    ecp_i_column(c, slopes, &t, h, rhs);
     for (i = 0; centring && i < c->kl; i++) {
         int j = c->active_a[i];
         rhs[c->columns * (row + i)] = -c->slope_a[j] * ecp_i_dot(c->ga + 3 * j, da);
@@ -4818,6 +4889,19 @@ static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
     for (i = 0; i < ecp_i_km(c); i++)
         rhs[c->columns * row++] -= F[4 + c->nl + c->on_b->active_b[i]];
     for (k = 0; k <= ecp_i_nf(c); k++) rhs[c->columns * row++] -= F[ecp_i_at_p(c) + k];
+}
+
+/* Fills the block at the point of the last evaluation, of which ecp_i_block_condense has said how large
+   it is. With `centring` the unknowns are counted from the target, so that the least step is the one
+   that ends nearest to it. */
+static void ecp_i_block_fill(ecp_i_pair *c, const ecp_real *y, const ecp_real *F, ecp_real h,
+                             int centring, ecp_real floor)
+{
+    ecp_i_slopes slopes;
+    ECPSIM_MEMSET(c->block, 0, (size_t)((c->columns - 1) * c->columns) * sizeof(ecp_real));
+    ecp_i_pair_slopes(c, h, ecp_i_kink(centring), &slopes);
+    ecp_i_block_columns(c, &slopes, h);
+    ecp_i_block_rhs(c, &slopes, y, F, h, centring, floor);
 }
 
 /* Of what is left, the columns in which even a small pivot is one to take, as hardly a force depends
@@ -4851,6 +4935,7 @@ static void ecp_i_block_eliminate(ecp_i_pair *c)
     int i, stage, before = -1;
     for (i = 0; i < c->ny; i++) {
         c->col_order[i] = i;
+        if (ECP_I_PAIRS) c->row_order[i] = i;
         c->row_tag[i] = c->col_tag[i] =
             i < c->ny - 1 - ecp_i_nf(c) ? ECP_I_GEOMETRY : ECP_I_IMPULSE;
     }
@@ -4863,51 +4948,50 @@ static void ecp_i_block_eliminate(ecp_i_pair *c)
         }
         c->pivots = ecp_eliminate(c->block, c->columns, c->columns - 1, c->columns, c->ny, c->ny,
                                   c->pivots, masks[stage < 3 ? stage : 3], tolerance, c->row_tag,
-                                  c->col_tag, NULL, c->col_order);
+                                  c->col_tag, ECP_I_PAIRS ? c->row_order : NULL, c->col_order);
     }
 }
 
 /* From the velocity changes dv (of A and B, scaled) and the values `left` of the unknowns passed on:
-   the step dy of all the patch's unknowns. */
+   the step dy of all the patch's unknowns. They take the place of the right-hand side. */
 static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real *dv_a,
                                 const ecp_real *dv_b, const ecp_real *left, ecp_real h,
                                 int centring, ecp_real *dy)
 {
-    ecp_real *x = c->block + c->columns * c->ny; /* the momentum rows are done with */
-    ecp_real db[3], target_a[3], target_p[4], cone[3];
+    ecp_real *x = c->block + c->columns - 1, db[3], target_a[3], target_p[4], cone[3];
     const ecp_real *v;
     ecp_i_change t;
-    int i, j, k, ld = c->columns, n = c->ny, side, column;
+    int i, j, k, ld = c->columns, n = c->ny, side, column, kept;
     /* solved in the order of the columns, then put where they belong */
     for (k = n - 1; k >= 0; k--) {
         const ecp_real *row = c->block + ld * k;
         ecp_real sum;
         if (k >= c->pivots) {
-            x[k] = left[k - c->pivots];
+            x[ld * k] = left[k - c->pivots];
             continue;
         }
-        sum = row[ld - 1];
-        for (j = k + 1; j < n; j++) sum -= row[j] * x[j];
+        sum = x[ld * k];
+        for (j = k + 1; j < n; j++) sum -= row[j] * x[ld * j];
         column = n;
         for (side = 0; side < ECP_I_MOVERS; side++) {
             if (!(side ? ecp_i_moves_b(c) : ecp_i_moves_a(c))) continue;
             v = side ? dv_b : dv_a;
             for (j = 0; j < 6; j++) sum -= row[column++] * v[j];
         }
-        x[k] = sum / row[k];
+        x[ld * k] = sum / row[k];
     }
-    for (k = 0; k < n; k++) {
+    for (k = 0; k < n; k++, x += ld) {
         i = c->col_order[k];
         if (i < 3) {
-            dy[i] = x[k];
+            dy[i] = *x;
         } else if (i < 3 + c->kl) {
-            dy[3 + c->active_a[i - 3]] = x[k];
+            dy[3 + c->active_a[i - 3]] = *x;
         } else if (ecp_i_on_plane(c) || i >= n - 1 - ecp_i_nf(c)) {
-            dy[ecp_i_at_p(c) + i - (n - 1 - ecp_i_nf(c))] = x[k];
+            dy[ecp_i_at_p(c) + i - (n - 1 - ecp_i_nf(c))] = *x;
         } else if (i == 3 + c->kl) {
-            dy[ecp_i_at_d(c)] = x[k];
+            dy[ecp_i_at_d(c)] = *x;
         } else {
-            dy[ecp_i_at_m(c) + c->on_b->active_b[i - 4 - c->kl]] = x[k];
+            dy[ecp_i_at_m(c) + c->on_b->active_b[i - 4 - c->kl]] = *x;
         }
     }
     if (centring) {
@@ -4924,10 +5008,20 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
         }
     }
     if (ecp_i_on_plane(c)) return;
+    /* of a multiplier that is off, as most are, none of this changes anything */
+    for (i = 0, k = 0, kept = 1; i < c->nm; i++) {
+        if (k < c->km && c->on_b->active_b[k] == i) {
+            k++;
+            continue;
+        }
+        dy[ecp_i_at_m(c) + i] = c->on_b->fixed_b[i];
+        if (c->on_b->slope_b[i] > 0) kept = 0;
+    }
+    if (kept) return;
     ECPSIM_MEMSET(&t, 0, sizeof t);
     ecp_i_set3(0, 0, 0, cone);
     for (i = 0, k = 0; i < c->nl; i++) {
-        int kept = k < c->kl && c->active_a[k] == i;
+        kept = k < c->kl && c->active_a[k] == i;
         ecp_i_axpy(cone, kept ? dy[3 + i] : c->fixed_a[i], c->ga + 3 * i, cone);
         k += kept;
     }
@@ -4945,6 +5039,50 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
                 c->on_b->fixed_b[i] + c->on_b->slope_b[i] * ecp_i_dot(c->on_b->gb + 3 * i, db);
         }
     }
+}
+
+/* The multipliers that were eliminated at once, for another point: their slopes stay as they are. 0 if one
+   is to be kept now. */
+static int ecp_i_condense_again(int count, const ecp_real *l, const ecp_real *f, ecp_real L, int kept,
+                                const int *active, ecp_real *fixed)
+{
+    int i, k = 0;
+    for (i = 0; i < count; i++) {
+        ecp_real da, db, F;
+        if (k < kept && active[k] == i) {
+            k++;
+            continue;
+        }
+        F = ecp_i_fb(l[i], -f[i] / L, 0, &da, &db);
+        if (da < db) return 0;
+        fixed[i] = -F / da;
+    }
+    return 1;
+}
+
+/* Another right-hand side, at the point of the last evaluation, for a block as it was eliminated at a
+   point near by. own: ny reals. Returns 0 if that block has another form. */
+static int ecp_i_block_again(ecp_i_pair *c, const ecp_real *y, const ecp_real *F, ecp_real h,
+                             ecp_real floor, ecp_real *own)
+{
+    ecp_i_slopes slopes;
+    ecp_real *rhs = c->block + c->columns - 1;
+    int i, k, ld = c->columns;
+    if (!ecp_i_condense_again(c->nl, y + 3, c->fa, c->L, c->kl, c->active_a, c->fixed_a)) return 0;
+    if (!ecp_i_on_plane(c) && !ecp_i_condense_again(c->nm, y + ecp_i_at_m(c), c->on_b->fb, c->L, c->km,
+                                                    c->on_b->active_b, c->on_b->fixed_b)) {
+        return 0;
+    }
+    for (i = 0; i < ld - 1; i++) rhs[ld * i] = 0;
+    ecp_i_pair_slopes(c, h, 0, &slopes);
+    ecp_i_block_rhs(c, &slopes, y, F, h, 0, floor);
+    for (i = 0; i < c->ny; i++) own[i] = rhs[ld * i];
+    for (i = 0; i < c->ny; i++) rhs[ld * i] = own[c->row_order[i]];
+    for (i = 1; i < ld - 1; i++) {
+        const ecp_real *row = c->block + ld * i;
+        for (k = 0; k < c->pivots && k < i; k++) rhs[ld * i] -= row[k] * rhs[ld * k];
+    }
+    return 1;
 }
 
 /* >>order: in which order the bodies of an island are eliminated */
@@ -4968,6 +5106,9 @@ typedef struct ecp_i_front {
     ecp_real *Bt; /* forces + open rows of 6 + width: reflectors and R */
     ecp_real *tau_b, *tau_l;
     ecp_real *x;    /* the forces, in orthogonal combinations; then the open velocities */
+    ecp_real *tau;  /* of the reflectors of R, of momentum, of G, and of the constraints passed on */
+    ecp_real *kept; /* what ecp_i_front_again needs, see ecp_i_front_keep */
+    ecp_real size;  /* of the momentum rows that no force takes */
     ecp_real *C;    /* constraints x (7 + width), on the stack */
     ecp_real *M;    /* (6 + width) x (7 + width), on the stack */
     ecp_real *pass; /* on the stack: left C, left B^T, and M of the others */
@@ -5008,6 +5149,16 @@ static void ecp_i_set_bit(unsigned *row, int j, int on)
     row[j / ECP_I_WORD] = on ? row[j / ECP_I_WORD] | bit : row[j / ECP_I_WORD] & ~bit;
 }
 
+/* the first bit from number j on that is set; n or more: there is none */
+static int ecp_i_next_bit(const unsigned *row, int n, int j)
+{
+    while (j < n && !ecp_i_bit(row, j)) {
+        /* over a word without any at once */
+        j += row[j / ECP_I_WORD] == 0 ? ECP_I_WORD - j % ECP_I_WORD : 1;
+    }
+    return j;
+}
+
 static int ecp_i_count_bits(const unsigned *row, int words)
 {
     int i, count = 0;
@@ -5026,8 +5177,8 @@ static int ecp_i_has_lighter(const ecp_i_graph *g, int n, int i)
 {
     const unsigned *row = g->bits + (n + ECP_I_WORD - 1) / ECP_I_WORD * i;
     int j;
-    for (j = 0; j < n; j++) {
-        if (ecp_i_bit(row, j) && ECP_I_HEAVIER * g->mass[j] < g->mass[i]) return 1;
+    for (j = ecp_i_next_bit(row, n, 0); j < n; j = ecp_i_next_bit(row, n, j + 1)) {
+        if (ECP_I_HEAVIER * g->mass[j] < g->mass[i]) return 1;
     }
     return 0;
 }
@@ -5042,9 +5193,8 @@ static void ecp_i_graph_eliminate(ecp_i_arena *arena, int n, ecp_i_graph *g, int
     f->body = i;
     f->width = 6 * g->degree[i];
     f->others = ecp_i_take_ints(arena, g->degree[i]);
-    for (j = 0; j < n && !arena->overflow; j++) {
+    for (j = ecp_i_next_bit(row, n, 0); j < n && !arena->overflow; j = ecp_i_next_bit(row, n, j + 1)) {
         unsigned *other = g->bits + words * j;
-        if (!ecp_i_bit(row, j)) continue;
         f->others[count++] = j;
         for (w = 0; w < words; w++) other[w] |= row[w];
         ecp_i_set_bit(other, j, 0);
@@ -5056,18 +5206,26 @@ static void ecp_i_graph_eliminate(ecp_i_arena *arena, int n, ecp_i_graph *g, int
 /* Minimum degree (the lowest index of several); a front's parent is the first of its others. */
 static void ecp_i_minimum_degree(ecp_i_arena *arena, int n, ecp_i_graph *g)
 {
-    int words = (n + ECP_I_WORD - 1) / ECP_I_WORD, i, j, k;
+    int words = (n + ECP_I_WORD - 1) / ECP_I_WORD, i, j, k, least = 0; /* least: no degree is below it */
     for (i = 0; i < n; i++) {
         g->degree[i] = ecp_i_count_bits(g->bits + words * i, words);
         g->rank[i] = -1;
     }
     for (k = 0; k < n; k++) {
-        int best = -1;
-        for (i = 0; i < n; i++) {
-            if (g->rank[i] >= 0 || (best >= 0 && g->degree[i] >= g->degree[best])) continue;
+        int best = -1, lowest = n;
+        for (i = 0; i < n && !(best >= 0 && g->degree[best] <= least); i++) {
+            if (g->rank[i] >= 0) continue;
+            if (g->degree[i] < lowest) lowest = g->degree[i];
+            if (best >= 0 && g->degree[i] >= g->degree[best]) continue;
             if (!ecp_i_has_lighter(g, n, i)) best = i;
         }
+        if (i == n) least = lowest;
         ecp_i_graph_eliminate(arena, n, g, best, k);
+        /* only neighbours can have come below it */
+        for (i = 0; i < g->fronts[k].width / 6 && !arena->overflow; i++) {
+            j = g->fronts[k].others[i];
+            if (g->degree[j] < least) least = g->degree[j];
+        }
     }
     for (k = 0; k < n && !arena->overflow; k++) {
         ecp_i_front *f = g->fronts + k;
@@ -5158,16 +5316,11 @@ static void ecp_i_permute(int n, const int *piv, ecp_real *row)
     for (k = 0; k < n; k++) row[k] = was[piv[k]];
 }
 
-/* row -= row[k] times equation k, for the unit equations of ecp_i_solve_rows: at most 6 of them */
+/* row -= row[k] times equation k, for the unit equations of ecp_i_solve_rows, which leaves zeros at the
+   first `rank` places: not written, they still hold what they were */
 static void ecp_i_insert(int rank, int all, const ecp_real *A, int ld, ecp_real *row)
 {
-    ecp_real factor[6];
-    int k;
-    for (k = 0; k < rank; k++) {
-        factor[k] = row[k];
-        row[k] = 0;
-    }
-    ecp_i_subtract_rows(all - rank, rank, factor, A + rank, ld, row + rank);
+    ecp_i_subtract_rows(all - rank, rank, row, A + rank, ld, row + rank);
 }
 
 /* Constraints: the first rank_c velocities (in the order of piv_c) from the others. What is left of
@@ -5213,6 +5366,7 @@ static int ecp_i_front_momentum(ecp_i_front *f, ecp_real *tau)
         ecp_i_insert(f->rank_c, ld, f->R, ld, f->W + ld * (f->rank_b + i));
         size = ecp_i_max(size, ecp_i_row_size(all - 1, S + ld * i));
     }
+    f->size = size;
     f->rank_m =
         ecp_i_qr(rows, free, all, S, ld, tau, f->piv_m, ECP_I_SAME_MOMENTUM, ECP_I_SAME_MOMENTUM);
     ecp_i_solve_rows(f->rank_m, all, S, ld);
@@ -5236,10 +5390,12 @@ static int ecp_i_front_momentum(ecp_i_front *f, ecp_real *tau)
 /* Velocities that neither the constraints nor the momentum fix, because there are more ways to
    balance momentum by forces than there are constraints: they are where the forces of this front
    are least, plus a part that is passed on like a force (another front may need it). */
-static void ecp_i_front_open(ecp_i_front *f, ecp_real *tau)
+static void ecp_i_front_open(ecp_i_arena *arena, ecp_i_front *f, ecp_real *tau)
 {
     int ld = 7 + ecp_i_width(f), ldb = 6 + ecp_i_width(f), ldg = f->open + ecp_i_width(f) + 1, i, j;
     const ecp_real *S = f->W + ld * f->rank_b + f->rank_c;
+    f->G = ecp_i_take_reals(arena, 7, ld);
+    if (!f->G) return;
     for (i = 0; i < f->rank_b; i++) {
         ecp_real *G = f->G + ldg * i, *row = f->G + ldg * f->rank_b;
         /* row i of W in terms of the open velocities and u */
@@ -5276,7 +5432,7 @@ static void ecp_i_front_pass(const ecp_i_tree *t, ecp_i_front *f, int left)
 {
     int n = ecp_i_width(f), ld = 7 + n, ldb = 6 + n, *piv = t->ints, i, j;
     ecp_real *C = f->C + ld * f->rank_c + 6, *B = f->Bt + ldb * f->rank_b + 6, *to = f->pass;
-    ecp_real *tau = t->u, acts = f->rank_b > 0 ? ecp_i_abs(f->Bt[0]) : ECP_R(0);
+    ecp_real *tau = f->tau + 18, acts = f->rank_b > 0 ? ecp_i_abs(f->Bt[0]) : ECP_R(0);
     f->left_c = ecp_i_qr(left, n, n + 1, C, ld, tau, piv, t->same, t->same);
     for (i = 0; i < f->left_c; i++, to += n + 1) {
         for (j = 0; j < n; j++) to[piv[j]] = j >= i ? C[ld * i + j] : ECP_R(0);
@@ -5322,6 +5478,25 @@ static ecp_real ecp_i_force_weight(const ecp_i_pair *c, int i)
     return c->col_tag[c->pivots + i] & ECP_I_GEOMETRY ? ECP_I_ECP_WEIGHT : ECP_R(1);
 }
 
+/* the largest coefficient of a constraint that a patch passes on from this row of its block; 0: none */
+static ecp_real ecp_i_constraint_size(const ecp_i_tree *t, const ecp_i_pair *c, int row)
+{
+    int ld = c->columns;
+    ecp_real size = ecp_i_row_size(ld - 1 - c->ny, c->block + ld * row + c->ny);
+    ecp_real unit = c->row_tag[row] & ECP_I_GEOMETRY ? t->h * c->V / c->L : ECP_R(1);
+    return size <= ECP_I_NO_CONSTRAINT * ecp_i_min(unit, 1) ? ECP_R(0) : size;
+}
+
+/* the momentum rows of the patch's bodies in its block, and the columns of these in the present front; -1: not
+   of a body that moves */
+static void ecp_i_patch_slots(const ecp_i_tree *t, const ecp_i_pair *c, int at[2], int slot[2])
+{
+    at[0] = c->ny;
+    at[1] = c->ny + (ecp_i_moves_a(c) ? 6 : 0);
+    slot[0] = !ECP_I_PAIRS ? 0 : ecp_i_moves_a(c) ? t->slot[c->ma->at / 6] : -1;
+    slot[1] = ecp_i_moves_b(c) ? t->slot[c->mb->at / 6] : -1;
+}
+
 /* Adds a patch's eliminated block: what is left of its own rows (constraints, their largest
    coefficient made 1) and columns (forces), and its share of the momentum rows. */
 static void ecp_i_front_patch(const ecp_i_tree *t, ecp_i_front *f, const ecp_i_pair *c,
@@ -5330,16 +5505,11 @@ static void ecp_i_front_patch(const ecp_i_tree *t, ecp_i_front *f, const ecp_i_p
     int i, j, side, other, ld = c->columns, left = c->ny - c->pivots, at[2], slot[2];
     int ldc = 7 + ecp_i_width(f), ldb = 6 + ecp_i_width(f);
     const ecp_real *A = c->block;
-    at[0] = c->ny;
-    at[1] = c->ny + (ecp_i_moves_a(c) ? 6 : 0);
-    slot[0] = !ECP_I_PAIRS ? 0 : ecp_i_moves_a(c) ? t->slot[c->ma->at / 6] : -1;
-    slot[1] = ecp_i_moves_b(c) ? t->slot[c->mb->at / 6] : -1;
+    ecp_i_patch_slots(t, c, at, slot);
     for (i = 0; i < left; i++) {
         int row = c->pivots + i;
-        ecp_real size = ecp_i_row_size(ld - 1 - c->ny, A + ld * row + c->ny);
-        ecp_real unit = c->row_tag[row] & ECP_I_GEOMETRY ? t->h * c->V / c->L : ECP_R(1);
+        ecp_real size = ecp_i_constraint_size(t, c, row);
         ecp_real *C = f->C + ldc * (constraints + i), *Bt = f->Bt + ldb * (forces + i);
-        if (size <= ECP_I_NO_CONSTRAINT * ecp_i_min(unit, 1)) size = 0;
         for (side = 0; side < ECP_I_MOVERS; side++) {
             for (j = 0; slot[side] >= 0 && j < 6; j++) {
                 if (size > 0) C[slot[side] + j] = A[ld * row + at[side] + j] / size;
@@ -5361,6 +5531,15 @@ static void ecp_i_front_patch(const ecp_i_tree *t, ecp_i_front *f, const ecp_i_p
     }
 }
 
+/* the columns of the bodies in the front */
+static void ecp_i_front_slots(const ecp_i_tree *t, const ecp_i_front *f)
+{
+    int i;
+    if (!ECP_I_PAIRS) return;
+    t->slot[f->body] = 0;
+    for (i = 0; i < ecp_i_width(f) / 6; i++) t->slot[f->others[i]] = 6 + 6 * i;
+}
+
 /* Takes the front's memory, what must last from below and the rest from the stack; sets its columns.
    Returns 0 if there is none left. */
 static int ecp_i_front_carve(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_front *f)
@@ -5378,23 +5557,19 @@ static int ecp_i_front_carve(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fron
     }
     if (ECP_I_PAIRS) f->R = ecp_i_take_reals(arena, 6, ld);
     f->W = ecp_i_take_reals(arena, 6, ld);
-    f->G = ecp_i_take_reals(arena, 7, ld);
     f->Bt = ecp_i_take_reals(arena, f->forces + ECP_I_ROWS_FOR_PARENT, 6 + n);
     f->tau_b = ecp_i_take_reals(arena, 6, 1);
     f->tau_l = ecp_i_take_reals(arena, n, 1);
+    f->tau = ecp_i_take_reals(arena, 18 + n, 1);
     f->x = ecp_i_take_reals(arena, f->forces + ECP_I_ROWS_FOR_PARENT, 1);
     f->C = ecp_i_take_stack(arena, f->constraints + ECP_I_ROWS_FOR_PARENT, ld);
     if (!ECP_I_PAIRS) f->R = f->C; /* nobody takes the stack from a front that stands alone */
     f->M = ecp_i_take_stack(arena, 6 + n, ld);
     if (arena->overflow) return 0;
-    ECPSIM_MEMSET(f->Bt, 0,
-                  (size_t)((f->forces + ECP_I_ROWS_FOR_PARENT) * (6 + n)) * sizeof(ecp_real));
-    ECPSIM_MEMSET(f->C, 0,
-                  (size_t)((f->constraints + ECP_I_ROWS_FOR_PARENT) * ld) * sizeof(ecp_real));
+    ECPSIM_MEMSET(f->Bt, 0, (size_t)(f->forces * (6 + n)) * sizeof(ecp_real));
+    ECPSIM_MEMSET(f->C, 0, (size_t)(f->constraints * ld) * sizeof(ecp_real));
     ECPSIM_MEMSET(f->M, 0, (size_t)((6 + n) * ld) * sizeof(ecp_real));
-    if (!ECP_I_PAIRS) return 1;
-    t->slot[f->body] = 0;
-    for (i = 0; i < n / 6; i++) t->slot[f->others[i]] = 6 + 6 * i;
+    ecp_i_front_slots(t, f);
     return 1;
 }
 
@@ -5405,6 +5580,30 @@ static int ecp_i_pass_size(const ecp_i_front *f, int left)
     if (left > n) left = n;
     if (forces > n) forces = n;
     return left * (n + 1) + forces * n + n * (n + 1);
+}
+
+/* Rows of ld reals, the first `columns` of each, one after the other; where they end */
+static ecp_real *ecp_i_pack(int rows, int columns, const ecp_real *A, int ld, ecp_real *to)
+{
+    int i;
+    for (i = 0; i < rows; i++, A += ld, to += columns) {
+        ECPSIM_MEMCPY(to, A, (size_t)columns * sizeof(ecp_real));
+    }
+    return to;
+}
+
+/* Keeps what the stack has of the elimination and another right-hand side needs: the reflectors of the
+   constraints, the coefficients of the velocities here in the others' momentum, the reflectors of what is left
+   of the constraints; and room for what such a right-hand side passes on. left: rows of C that are left. */
+static void ecp_i_front_keep(ecp_i_arena *arena, ecp_i_front *f, int left)
+{
+    int n = ecp_i_width(f), ld = 7 + n;
+    ecp_real *to = f->kept = ecp_i_take_reals(
+        arena, f->constraints * f->rank_c + 7 * n + left * f->left_c + f->left_c, 1);
+    if (!to) return;
+    to = ecp_i_pack(f->constraints, f->rank_c, f->C, ld, to);
+    to = ecp_i_pack(n, 6, f->M + ld * 6, ld, to);
+    ecp_i_pack(left, f->left_c, f->C + ld * f->rank_c + 6, ld, to);
 }
 
 /* Moves what is passed on to where the children's began, and frees the rest of the stack. */
@@ -5428,7 +5627,7 @@ static int ecp_i_front_factor(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fro
                               const ecp_i_motion *m, const ecp_real *b)
 {
     const ecp_i_pair *c;
-    ecp_real tau[6], unit = m->mass * m->length * m->length;
+    ecp_real unit = m->mass * m->length * m->length;
     int i, j, n = ecp_i_width(f), ld = 7 + n, constraints = 0, forces = 0, left;
     if (!ecp_i_front_carve(t, arena, f)) return 0;
     for (i = 0; i < 3; i++) {
@@ -5447,10 +5646,11 @@ static int ecp_i_front_factor(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fro
         constraints += child->left_c;
         forces += child->left_b;
     }
-    ecp_i_front_constrain(t, f, tau);
+    ecp_i_front_constrain(t, f, f->tau);
     ecp_i_front_balance(f);
-    left = ecp_i_front_momentum(f, tau);
-    if (f->open > 0) ecp_i_front_open(f, tau);
+    left = ecp_i_front_momentum(f, f->tau + 6);
+    if (f->open > 0) ecp_i_front_open(arena, f, f->tau + 12);
+    if (arena->overflow) return 0;
     if (!ECP_I_PAIRS) {
         ecp_i_release(arena, arena->used, f->level);
         return 1;
@@ -5458,6 +5658,7 @@ static int ecp_i_front_factor(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fro
     f->pass = ecp_i_take_stack(arena, ecp_i_pass_size(f, left), 1);
     if (arena->overflow) return 0;
     ecp_i_front_pass(t, f, left);
+    ecp_i_front_keep(arena, f, left);
     ecp_i_front_settle(arena, f);
     return !arena->overflow;
 }
@@ -5478,7 +5679,7 @@ static void ecp_i_front_recover(const ecp_i_tree *t, ecp_i_front *f)
     for (j = 0; j < f->open; j++) {
         q[j] = j < ecp_i_passed_open(f) ? x[f->forces + j] / ECP_I_OPEN_WEIGHT : ECP_R(0);
     }
-    for (k = 0; k < f->rank_g; k++) {
+    for (k = 0; f->open > 0 && k < f->rank_g; k++) {
         const ecp_real *row = f->G + ldg * k;
         ecp_real sum = row[ldg - 1] - ecp_i_row_value(n, row + f->open, u);
         for (j = f->rank_g; j < f->open; j++) sum -= row[j] * q[f->piv_g[j]];
@@ -5513,6 +5714,105 @@ static void ecp_i_front_recover(const ecp_i_tree *t, ecp_i_front *f)
     }
 }
 
+/* Q^T b, and then the unknowns of [R1 ..] x = b, for the reflectors and the R1 of ecp_i_qr in A */
+static void ecp_i_solve_qr(int rows, int rank, const ecp_real *A, int ld, const ecp_real *tau, ecp_real *b)
+{
+    int i, k;
+    ecp_qr_apply_qt(rows, rank, A, ld, tau, b);
+    for (i = rank - 1; i >= 0; i--) {
+        for (k = i + 1; k < rank; k++) b[i] -= A[ld * i + k] * b[k];
+        b[i] /= A[ld * i + i];
+    }
+}
+
+/* Other right-hand sides of a front: of its constraints (rest), and of the momentum of its body and the others (m),
+   from b, the patches' blocks and the children. */
+static void ecp_i_front_collect(const ecp_i_tree *t, const ecp_i_front *f, const ecp_real *b, ecp_real *rest,
+                                ecp_real *m)
+{
+    const ecp_i_pair *c;
+    int i, j, side, n = ecp_i_width(f);
+    ecp_i_front_slots(t, f);
+    for (i = 0; i < 6 + n; i++) m[i] = i < 6 ? b[i] : ECP_R(0);
+    for (c = f->pairs; c; c = c->next_here) {
+        const ecp_real *rhs = c->block + c->columns - 1;
+        int at[2], slot[2];
+        ecp_i_patch_slots(t, c, at, slot);
+        for (i = c->pivots; i < c->ny; i++) {
+            ecp_real size = ecp_i_constraint_size(t, c, i);
+            *rest++ = size > 0 ? rhs[c->columns * i] / size : ECP_R(0);
+        }
+        for (side = 0; side < 2; side++) {
+            for (i = 0; slot[side] >= 0 && i < 6; i++) {
+                m[slot[side] + i] += rhs[c->columns * (at[side] + i)];
+            }
+        }
+    }
+    for (i = f->child; i >= 0; i = t->fronts[i].next) {
+        const ecp_i_front *child = t->fronts + i;
+        const ecp_real *from = child->pass;
+        for (j = 0; j < child->left_c; j++) *rest++ = *from++;
+        for (j = 0; j < ecp_i_width(child); j++) {
+            m[t->slot[child->others[j / 6]] + j % 6] += *from++;
+        }
+    }
+}
+
+/* Takes other right-hand sides through the front as it was eliminated, in the steps of ecp_i_front_factor. The
+   columns that ecp_i_front_recover reads, and what the parent gets, are then those of a step with them. */
+static void ecp_i_front_again(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_front *f, const ecp_real *b)
+{
+    int i, j, k, n = ecp_i_width(f), ld = 7 + n, ldb = 6 + n, ldg = f->open + n + 1;
+    int rows = 6 - f->rank_b, left = f->constraints - f->rank_c, fixed = f->rank_c + f->rank_m;
+    size_t level = arena->top;
+    const ecp_real *momentum = f->kept + f->constraints * f->rank_c, *passed = momentum + 6 * n;
+    ecp_real *S = f->W + ld * f->rank_b + f->rank_c, w[6], known[6], v[6];
+    ecp_real *rest = ecp_i_take_stack(arena, f->constraints + 12 + n, 1), *m;
+    if (!rest) return;
+    m = rest + f->constraints + 6;
+    ecp_i_front_collect(t, f, b, rest, m);
+    /* known: the right-hand sides of what fixes the velocities */
+    ecp_i_solve_qr(f->constraints, f->rank_c, f->kept, f->rank_c, f->tau, rest);
+    for (i = 0; i < 6; i++) {
+        known[i] = i < f->rank_c ? rest[i] : ECP_R(0);
+        if (i < f->rank_c) f->R[ld * i + ld - 1] = rest[i];
+        w[i] = m[f->piv_b[i]];
+    }
+    for (i = 1; i < ldb; i++) {
+        ecp_real *to = i < 6 ? w + i : m + i;
+        for (k = 0; k < f->rank_b && k < i; k++) *to -= f->Bt[ldb * k + i] / f->Bt[ldb * k + k] * w[k];
+    }
+    for (i = 0; i < f->rank_b; i++) f->W[ld * i + ld - 1] = w[i];
+    for (; i < 6; i++) w[i] -= ecp_i_row_value(f->rank_c, f->W + ld * i, known);
+    ecp_i_solve_qr(rows, f->rank_m, S, ld, f->tau + 6, w + f->rank_b);
+    for (i = 0; i < f->rank_m; i++) {
+        known[f->rank_c + i] = w[f->rank_b + i];
+        S[ld * i + ld - 1 - f->rank_c] = w[f->rank_b + i];
+    }
+    for (; i < rows; i++) {
+        ecp_real size = ecp_i_row_size(n, S + ld * i + 6 - f->rank_c);
+        if (size > ECP_I_SAME_FORCE * f->size) rest[f->rank_c + left++] = w[f->rank_b + i] / size;
+    }
+    if (f->open > 0) {
+        /* the velocities with the open ones zero, and what that leaves of the momentum to the forces */
+        for (i = 0; i < 6; i++) v[i] = 0;
+        for (i = 0; i < f->rank_m; i++) v[f->rank_c + f->piv_m[i]] = known[f->rank_c + i];
+        for (i = 0; i < f->rank_c; i++) {
+            v[i] = known[i] - ecp_i_row_value(6 - f->rank_c, f->R + ld * i + f->rank_c, v + f->rank_c);
+        }
+        for (i = 0; i < f->rank_b; i++) {
+            w[i] = (w[i] - ecp_i_row_value(6, f->W + ld * i, v)) / f->Bt[ldb * i + i];
+        }
+        ecp_i_solve_qr(f->rank_b, f->rank_g, f->G, ldg, f->tau + 12, w);
+        for (i = 0; i < f->rank_g; i++) known[fixed + i] = f->G[ldg * i + ldg - 1] = w[i];
+    }
+    ecp_qr_apply_qt(left, f->left_c, passed, f->left_c, f->tau + 18, rest + f->rank_c);
+    f->pass = f->kept + f->constraints * f->rank_c + 6 * n + left * f->left_c;
+    for (i = 0; i < f->left_c; i++) f->pass[i] = rest[f->rank_c + i];
+    for (j = 0; j < n; j++) f->pass[i++] = m[6 + j] - ecp_i_row_value(6, momentum + 6 * j, known);
+    arena->top = level;
+}
+
 /* Solves for v and the forces: a null-space method by orthogonal steps, with ranks found on the way.
    Where solutions are many, the forces have the least weighted norm; where equations contradict each
    other, least squares. b: the right-hand side of the momentum rows, six a body. Returns 0 if memory
@@ -5532,6 +5832,18 @@ static int ecp_i_tree_solve(ecp_i_tree *t, ecp_i_arena *arena, int n, const ecp_
     }
     for (k = n - 1; k >= 0; k--) ecp_i_front_recover(t, t->fronts + k);
     return 1;
+}
+
+/* The same for other right-hand sides, b and those of the patches' blocks, with the elimination of the last
+   one. */
+static int ecp_i_tree_again(ecp_i_tree *t, ecp_i_arena *arena, int n, const ecp_real *b)
+{
+    int k;
+    for (k = 0; k < n && !arena->overflow; k++) {
+        ecp_i_front_again(t, arena, t->fronts + k, b + 6 * t->fronts[k].body);
+    }
+    for (k = n - 1; k >= 0 && !arena->overflow; k--) ecp_i_front_recover(t, t->fronts + k);
+    return !arena->overflow;
 }
 
 /* >>island: the problem of a group of bodies that touch */
@@ -5689,12 +6001,13 @@ static void ecp_i_carve_block(ecp_i_arena *arena, int count, int bodies, ecp_i_p
 {
     int rows = count + 6 * bodies;
     ecp_real *block = ecp_i_take_reals(arena, rows, rows + 1);
-    int *ints = ecp_i_take_ints(arena, 3 * count);
+    int *ints = ecp_i_take_ints(arena, (3 + ECP_I_PAIRS) * count);
     if (!ints) return;
     c->block = block;
     c->row_tag = ints;
     c->col_tag = ints + count;
     c->col_order = ints + 2 * count;
+    c->row_order = ints + 3 * count;
 }
 
 /* The tree of an island of n bodies: what the order needs, and the vectors of a solve. */
@@ -5757,7 +6070,7 @@ static void ecp_i_tree_plan(ecp_i_island *s)
     }
 }
 
-/* the Newton blocks of all patches */
+/* the Newton blocks of all patches, as large as they can be */
 static void ecp_i_carve_blocks(const ecp_i_island *s, ecp_i_arena *arena)
 {
     int i;
@@ -5773,8 +6086,6 @@ static void ecp_i_island_carve(ecp_i_island *s)
 {
     ecp_i_tree_plan(s);
     s->blocks_at = s->arena->used;
-    ecp_i_carve_blocks(s, s->arena);
-    s->tree.mark = s->arena->used;
     s->tree.stack = s->arena->top;
 }
 
@@ -5831,9 +6142,30 @@ static size_t ecp_i_island_wants(const ecp_i_island *s)
 #define ECP_I_ASKS_AGAIN 1
 #endif
 
-/* The Newton step at the point of the last residual. Where nothing moves, what is rounding in the normal
-   of a flat face on a half-space is not mended: a quaternion has no room for so small a turn and takes
-   twice as much, and the next step would turn back. With a compliance the gap, the slip and the tilt of
+/* Where nothing moves, what is rounding in the normal of a flat face on a half-space is not mended: a
+   quaternion has no room for so small a turn and takes twice as much, and the next step would turn back. */
+static ecp_real ecp_i_normal_floor(const ecp_i_island *s, const ecp_i_pair *c)
+{
+    return s->still && ecp_i_on_plane(c) ? 2 * ECP_I_EPSILON : ECP_R(0);
+}
+
+/* The step from the velocities in s->tree.v and the forces that the fronts have found. Returns 0 if it is not
+   finite. */
+static int ecp_i_island_recover(const ecp_i_island *s, const ecp_real *z, ecp_real *dz)
+{
+    const ecp_real *v = s->tree.v;
+    int i, n = 6 * ecp_i_body_count(s);
+    for (i = 0; i < n; i++) dz[i] = v[i];
+    for (i = 0; i < s->pair_count; i++) {
+        ecp_i_pair *c = s->pairs[i];
+        ecp_i_block_recover(c, z + c->at, v + (ecp_i_moves_a(c) ? c->ma->at : 0),
+                            v + (ecp_i_moves_b(c) ? c->mb->at : 0), c->left, s->h,
+                            ECP_I_CENTRING && s->centring, dz + c->at);
+    }
+    return ecp_i_all_finite(s->unknowns, dz);
+}
+
+/* The Newton step at the point of the last residual. With a compliance the gap, the slip and the tilt of
    a contact give way to the change of its impulse and its pressure centre, so that none of these can
    become large for the sake of a small residual. Returns 0 if the step is not finite, or if the memory
    does not suffice. */
@@ -5845,25 +6177,39 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
     int i, n = 6 * ecp_i_body_count(s);
     if (!t->fronts && !s->arena->overflow) ecp_i_island_carve(s);
     if (s->arena->overflow) return 0;
+    ecp_i_release(s->arena, s->blocks_at, t->stack);
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         c->compliance = compliance;
+        ecp_i_block_condense(c, z + c->at, ECP_I_CENTRING && s->centring);
+        ecp_i_carve_block(s->arena, c->ny, ecp_i_moves_a(c) + ecp_i_moves_b(c), c);
+        if (s->arena->overflow) return 0;
         ecp_i_block_fill(c, z + c->at, F + c->at, s->h, ECP_I_CENTRING && s->centring,
-                         s->still && ecp_i_on_plane(c) ? 2 * ECP_I_EPSILON : 0);
+                         ecp_i_normal_floor(s, c));
         ecp_i_block_eliminate(c);
     }
+    t->mark = s->arena->used;
     for (i = 0; i < n; i++) dz[i] = -F[i];
     t->same = ecp_i_max(ECP_I_FINEST_CONSTRAINT, ecp_i_min(ECP_I_SAME_CONSTRAINT, fine));
     if (!ecp_i_tree_solve(t, s->arena, ecp_i_body_count(s), s->motions, s->bodies, dz)) return 0;
     s->many = t->many > 0 || (ECP_I_ASKS_AGAIN && compliance > 0);
-    for (i = 0; i < n; i++) dz[i] = t->v[i];
+    return ecp_i_island_recover(s, z, dz);
+}
+
+/* The same with the elimination of the last one, which was made at a point near by: a simplified Newton step, for a
+   fraction of the work. Of one body alone there is none: all that is saved there is a small block. */
+static int ecp_i_island_again(void *self, const ecp_real *z, const ecp_real *F, ecp_real *dz)
+{
+    ecp_i_island *s = (ecp_i_island *)self;
+    int i, n = 6 * ecp_i_body_count(s);
+    if (n < 12) return 0;
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
-        ecp_i_block_recover(c, z + c->at, t->v + (ecp_i_moves_a(c) ? c->ma->at : 0),
-                            t->v + (ecp_i_moves_b(c) ? c->mb->at : 0), c->left, s->h,
-                            ECP_I_CENTRING && s->centring, dz + c->at);
+        if (!ecp_i_block_again(c, z + c->at, F + c->at, s->h, ecp_i_normal_floor(s, c), dz + c->at)) return 0;
     }
-    return ecp_i_all_finite(s->unknowns, dz);
+    for (i = 0; i < n; i++) dz[i] = -F[i];
+    if (!ecp_i_tree_again(&s->tree, s->arena, n / 6, dz)) return 0;
+    return ecp_i_island_recover(s, z, dz);
 }
 /* >>newton ================================================================================
    The one globalisation: damped Newton on the semismooth system F(z) = 0, for the step's problem
@@ -5878,6 +6224,8 @@ typedef struct ecp_i_problem {
        down to which equations are to be told apart. compliance: damps it, 0: not at all */
     int (*step)(void *self, const ecp_real *z, const ecp_real *F, ecp_real fine,
                 ecp_real compliance, ecp_real *dz);
+    /* the same with the derivative of the last one, that was made near by; 0: none. NULL: never */
+    int (*again)(void *self, const ecp_real *z, const ecp_real *F, ecp_real *dz);
     /* the k-th start (0: warm, 1 and 2: geometric, then disturbed ones); 0: no more. Of the warm one 2 says
        that nothing moves in it */
     int (*start)(void *self, int k, ecp_real *z);
@@ -6126,6 +6474,35 @@ static void ecp_i_better_start(const ecp_i_problem *p, ecp_real *z, ecp_i_effort
     ecp_i_evaluate(p, z, 0, effort);
 }
 
+/* Most steps with the derivative of the last one. */
+#define ECP_I_REPEATS 6
+#define ECP_I_REPEAT_RATIO ECP_R(0.25)
+
+/* After a whole Newton step that has lowered what is left from `before`: where it goes on as it should, by steps with
+   the same derivative, as many as it takes to come down to rounding. The error of such a step is that of a Newton
+   step times what the iterates have moved since the derivative was taken, so it lowers the residual by twice the
+   ratio by which the last one has. One that does less by far is taken back, and Newton goes on. */
+static void ecp_i_repeat(const ecp_i_problem *p, ecp_real before, ecp_real tolerance, ecp_real relax,
+                         ecp_real *z, ecp_i_search *s, ecp_i_effort *effort)
+{
+    const ecp_i_size *now = &effort->size;
+    ecp_real ratio = 2 * now->rest / before, rest = now->rest, merit = s->merit;
+    int k, most = rest * ratio * ratio * ratio * ratio <= ecp_i_content(tolerance) / 8 ? ECP_I_REPEATS : 1;
+    if (!ECP_I_PAIRS || !p->again || !(ratio <= ECP_I_REPEAT_RATIO)) return;
+    for (k = 0; k < most && !ecp_i_at_rounding(now, tolerance); k++) {
+        if (!p->again(p->self, z, p->F, p->dz)) return;
+        ecp_i_try(p, z, 1, relax, s, effort);
+        if (!(2 * now->rest <= rest)) {
+            s->merit = merit;
+            ecp_i_evaluate(p, z, relax, effort);
+            return;
+        }
+        rest = now->rest;
+        merit = s->merit;
+        ECPSIM_MEMCPY(z, p->trial, (size_t)p->n * sizeof(ecp_real));
+    }
+}
+
 /* Newton from z, with a line search on |F|^2 / 2. A step of which the line search takes next to nothing
    is damped, the more the less it helps. Returns 1 with z solved to the tolerance, or 0. It aims at
    rounding, and is content with the tolerance, or with a rounding floor above it, only where another
@@ -6139,7 +6516,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     ecp_i_search s;
     ecp_i_lowest lowest;
     const ecp_i_size *now = &effort->size;
-    ecp_real before, above, enough, t;
+    ecp_real before, above, rest, enough, t;
     int k, most = limit, granted = 0, strides = 0;
     ecp_i_evaluate(p, z, relax, effort);
     if (ecp_i_at_rounding(now, tolerance)) return 1;
@@ -6161,6 +6538,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
         effort->iterations++;
         before = now->largest;
         above = now->error;
+        rest = now->rest;
         t = ecp_i_line_search(p, z, tolerance, relax, &s, effort);
         if (!(t > 0)) {
             /* back to the last point; it may be one that will do */
@@ -6179,14 +6557,15 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             above = 2 * now->error;
         } else if (now->error <= tolerance || 2 * now->error <= above) {
             /* with the residual, where whole steps are taken, so that they become Newton's again */
-            ecp_real rest = t < 1 || 4 * now->error > above ? ECP_R(0.25) : now->error / above;
+            ecp_real part = t < 1 || 4 * now->error > above ? ECP_R(0.25) : now->error / above;
             s.compliance = s.compliance < ECP_I_NO_COMPLIANCE
                                ? ECP_R(0)
-                               : s.compliance * ecp_i_max(rest, ECP_R(0.01));
+                               : s.compliance * ecp_i_max(part, ECP_R(0.01));
         } else if (now->error > 2 * above) {
             s.compliance *= 4;
         }
         ECPSIM_MEMCPY(z, p->trial, (size_t)p->n * sizeof(ecp_real));
+        if (t >= 1 && s.compliance == 0) ecp_i_repeat(p, rest, tolerance, relax, z, &s, effort);
         if (ecp_i_at_rounding(now, tolerance)) return 1;
         if (now->error <= tolerance && 2 * now->largest > before &&
             (now->error <= ecp_i_aim(tolerance) || 2 * now->error > above) &&
@@ -6503,6 +6882,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     p.n = size;
     p.residual = ecp_i_mcp_residual;
     p.step = ecp_i_mcp_step;
+    p.again = NULL;
     p.start = ecp_i_mcp_start;
     p.repair = NULL;
     p.valid = NULL;
@@ -7307,6 +7687,8 @@ static int ecp_i_start_spots(ecp_i_island *s, ecp_real *z)
 {
     int i, round;
     if (!s->tree.fronts) ecp_i_island_carve(s);
+    ecp_i_release(s->arena, s->blocks_at, s->tree.stack);
+    ecp_i_carve_blocks(s, s->arena);
     if (s->arena->overflow) return 0;
     for (i = 0; i < s->pair_count; i++) {
         ECPSIM_MEMSET(ecp_i_sample_of(s->pairs[i]), 0, sizeof(ecp_i_sample));
@@ -9072,6 +9454,7 @@ static void ecp_i_island_problem(ecp_i_island *s, ecp_real *const *vectors, ecp_
     if (ECP_I_PAIRS) p->large = ecp_i_body_count(s) > 1 && p->n >= ECP_I_LARGE;
     p->residual = ecp_i_island_residual;
     p->step = ecp_i_island_step;
+    p->again = ECP_I_PAIRS ? ecp_i_island_again : NULL;
     p->start = ecp_i_island_start;
     p->repair = (ECPSIM_FALLBACKS)&ECP_FALLBACK_GEOMETRIC ? ecp_i_island_repair : NULL;
     p->valid = ECP_I_PAIRS ? ecp_i_island_valid : NULL;

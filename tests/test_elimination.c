@@ -479,6 +479,7 @@ static double elimination_error(elimination_island *e, const ecp_real *dz, doubl
     }
     for (k = 0; k < e->pair_count; k++) {
         ecp_i_pair *c = e->members[k];
+        ecp_i_block_condense(c, e->z + c->at, e->s.centring);
         ecp_i_block_fill(c, e->z + c->at, e->F + c->at, e->s.h, e->s.centring, 0);
         for (i = 0; i < c->columns - 1; i++) {
             const ecp_real *row = c->block + c->columns * i;
@@ -676,6 +677,33 @@ static int elimination_distinct(elimination_island *e)
     return clear;
 }
 
+/* A step for another right-hand side by the elimination of the last step is the one that an elimination of its
+   own gives, which solution of many it may be. Returns how far apart they are, relative to the longer of the steps
+   for the two right-hand sides. Leaves the last step as it was. */
+static double elimination_again(elimination_island *e)
+{
+    static ecp_real F[ELIMINATION_UNKNOWNS], again[ELIMINATION_UNKNOWNS];
+    double apart = 0, size = (double)ecp_i_largest(e->s.unknowns, e->dz);
+    unsigned keep = test_seed;
+    int i, can;
+    for (i = 0; i < e->s.unknowns; i++) {
+        F[i] = e->F[i];
+        e->F[i] = ECP_R(test_random());
+    }
+    /* the slack multipliers take theirs from the point */
+    can = ecp_i_island_again(&e->s, e->z, e->F, again);
+    CHECK(can == (e->s.body_count > 1));
+    elimination_step(e);
+    size = fmax(size, (double)ecp_i_largest(e->s.unknowns, e->dz));
+    for (i = 0; can && i < e->s.unknowns; i++) {
+        apart = fmax(apart, fabs((double)again[i] - (double)e->dz[i]));
+    }
+    for (i = 0; i < e->s.unknowns; i++) e->F[i] = F[i];
+    elimination_step(e);
+    test_seed = keep;
+    return apart / size;
+}
+
 static int elimination_done, elimination_skipped; /* points, and those that are nearly singular */
 
 static void elimination_judge(const char *what, int a, int b, double error, double tolerance)
@@ -731,6 +759,8 @@ static void elimination_test_random(void)
             CHECK(elimination_random_point(e));
             elimination_done++;
             longest = elimination_longest(e);
+            elimination_judge("again", shape, n, elimination_again(e),
+                              test_by(1e-11, 5e-5) * (longest < 1 ? 1 : longest));
             if (!(longest < test_by(1e4, 2e3)) || e->s.many || elimination_open_choice(e)) {
                 elimination_skipped++;
             } else {
@@ -1000,6 +1030,7 @@ static void elimination_collect(elimination_island *e, elimination_dense *d)
     d->rows = d->m = 0;
     for (k = 0; k < e->pair_count; k++) {
         ecp_i_pair *c = e->members[k];
+        ecp_i_block_condense(c, e->z + c->at, e->s.centring);
         ecp_i_block_fill(c, e->z + c->at, e->F + c->at, e->s.h, e->s.centring, 0);
         ecp_i_block_eliminate(c);
         d->m += c->ny - c->pivots;
@@ -1241,6 +1272,7 @@ static void elimination_check_step(elimination_island *e, int aim, const char *n
     }
     elimination_step(e);
     passes = elimination_open_choice(e);
+    if (aim != 1) elimination_judge("again", aim, n, elimination_again(e), noise);
     if (aim < 2) elimination_judge(name, aim, n, elimination_error(e, e->dz, out), noise);
     if (aim < 2 && elimination_kinks == 0) {
         elimination_judge("difference", aim, n, elimination_difference(e, e->dz),

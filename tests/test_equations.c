@@ -423,6 +423,9 @@ static double equations_jacobian_error(equations_scene *k)
     ecp_i_pair *c = k->members[0];
     int n = k->s.unknowns, place[EQUATIONS_MAX], i, j, side, count = 0;
     double worst = 0;
+    ecp_i_block_condense(c, k->z + c->at, 0);
+    ecp_i_carve_block(&k->arena, c->ny, c->ma->dynamic + c->mb->dynamic, c);
+    CHECK(!k->arena.overflow);
     ecp_i_block_fill(c, k->z + c->at, k->F + c->at, k->s.h, 0, 0);
     CHECK(c->kl == c->nl && c->km == c->nm && c->columns == n + 1);
     for (i = 0; i < c->count; i++) place[count++] = c->at + i;

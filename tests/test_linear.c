@@ -574,10 +574,20 @@ static void linear_check_schur(const linear_block *k, int pivots)
             CHECK_NEAR(sum, 0, linear_eps(256) * (1 + growth));
         }
     }
-    /* below the pivots there are zeros, exactly; beyond the columns nothing is touched */
-    for (j = 0; j < pivots; j++) {
-        for (i = j + 1; i < k->all_rows; i++) CHECK(k->A[i * k->ld + j] == 0);
+    /* below the pivots stand the multipliers: L U is the matrix in the order of its pivots */
+    for (i = 0; i < k->all_rows; i++) {
+        int row = i < k->rows ? k->row_order[i] : i;
+        for (j = 0; j < pivots; j++) {
+            double sum = 0, size = 0;
+            for (r = 0; r <= j && r <= i; r++) {
+                double l = r == i ? 1 : (double)k->A[i * k->ld + r];
+                sum += l * (double)k->A[r * k->ld + j];
+                size += fabs(l * (double)k->A[r * k->ld + j]);
+            }
+            CHECK_NEAR(sum, (double)k->before[row * k->ld + k->col_order[j]], linear_eps(64) * (1 + size));
+        }
     }
+    /* beyond the columns nothing is touched */
     for (i = 0; i < k->all_rows; i++) {
         for (j = k->all_cols; j < k->ld; j++)
             CHECK(k->A[i * k->ld + j] == k->before[i * k->ld + j]);

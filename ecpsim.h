@@ -597,8 +597,9 @@ typedef struct ecp_world_desc {
    memory for the elimination. With solver_bytes = 0 it is enough for any scene of up to 8 bodies; for
    more, each is taken to have 12 neighbours when it is eliminated. A step that needs more returns
    ECP_CAPACITY with the bytes of the whole block that would do, an upper bound, in
-   ecp_report.value, and those that there are in ecp_report.limit: solver_bytes must grow by the
-   difference. What it took then is in ecp_report.memory_used. */
+   ecp_report.value, and those that there are in ecp_report.limit. solver_bytes must grow by the
+   difference; if it was 0, it is this plus what ecp_world_memsize() gives less what it gives with
+   solver_bytes = 8. What it took then is in ecp_report.memory_used. */
 ECP_DEF ecp_world_desc ecp_world_desc_default(void);
 
 /* The bytes that ecp_world_init needs for this description, or 0 if it is out of range. */
@@ -779,7 +780,7 @@ typedef struct ecp_report {
     int asleep;           /* dynamic bodies that the step left out because they sleep; their islands
                              are counted nowhere else, their patches are */
     int patches_kept;     /* pairs of primitives in the problem, or asleep */
-    int patches_left_out; /* all others (filters aside): they cannot touch within the step */
+    int patches_left_out; /* all others (filters aside, at most INT_MAX): they cannot touch within the step */
     int islands;          /* groups of bodies that touch, each solved by itself */
     int iterations;       /* Newton iterations, all attempts */
     int centring_rounds;  /* of the rule ECP_CENTRED */
@@ -3472,6 +3473,22 @@ static void ecp_i_part_bounds(ecp_i_part *p)
     }
 }
 
+/* Member by member, as padding that the caller's copies may have lost must stay zero: equal worlds are equal
+   bytes. */
+static void ecp_i_shape_copy(const ecp_shape *s, ecp_shape *out)
+{
+    out->cls = s->cls;
+    out->kind = s->kind;
+    out->inequalities = s->inequalities;
+    out->vertex_count = s->vertex_count;
+    ECPSIM_MEMCPY(out->size, s->size, sizeof out->size);
+    ecp_i_copy3(s->centre, out->centre);
+    out->radius = s->radius;
+    out->planes = s->planes;
+    out->vertices = s->vertices;
+    out->user = s->user;
+}
+
 ECP_DEF ecp_status ecp_body_add_shape(ecp_world *world, int body, const ecp_shape *shape,
                                       const ecp_real position[3], const ecp_real rotation[4],
                                       const ecp_material *material, int *shape_index)
@@ -3497,7 +3514,7 @@ ECP_DEF ecp_status ecp_body_add_shape(ecp_world *world, int body, const ecp_shap
     }
     p = ecp_i_parts(world) + at;
     ECPSIM_MEMSET(p, 0, sizeof *p);
-    ECPSIM_MEMCPY(&p->shape, shape, sizeof p->shape);
+    ecp_i_shape_copy(shape, &p->shape);
     p->material = m;
     p->body = body;
     p->category = p->collides_with = 0xffffffffu;
@@ -5984,6 +6001,9 @@ static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax,
     for (i = 0; i < ecp_i_body_count(s); i++) {
         const ecp_i_motion *m = ecp_i_mover(s, i);
         ecp_real unit = m->mass * m->speed, noise = ECP_I_PAIRS ? m->noise / m->speed : ECP_R(0);
+        ecp_real moved = ecp_i_norm(m->free) / m->speed;
+        /* but what the loads do in the step is told from nothing: it adds up */
+        if (moved > 0) noise = ecp_i_min(noise, moved / 64);
         for (k = 0; k < 2; k++) {
             ecp_real scale = k ? unit * m->length : unit, *row = F + 6 * i + 3 * k;
             ecp_real floor = 16 * ECP_I_EPSILON * m->floor[k] / scale, size;
@@ -6546,7 +6566,8 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             if (above <= tolerance || s.compliance >= ECP_I_MOST_COMPLIANCE)
                 return above <= tolerance;
             if (!(s.compliance > 0) || above >= ECP_I_STALLED || strides++ >= ECP_I_STRIDES) {
-                most = (ecp_i_is_large(p) ? 2 : 1) * ECP_I_DAMPED_LIMIT * limit;
+                int times = (ecp_i_is_large(p) ? 2 : 1) * ECP_I_DAMPED_LIMIT;
+                most = limit > 0x7fffffff / times ? 0x7fffffff : times * limit;
                 s.compliance = s.compliance > 0 ? 10 * s.compliance : ECP_I_FIRST_COMPLIANCE;
                 continue;
             }
@@ -8220,6 +8241,7 @@ ECP_DEF ecp_status ecp_world_init(ecp_world **world, const ecp_world_desc *desc,
     if (!ecp_i_all_finite(3, desc->gravity)) return ECP_NOT_FINITE;
     if (((size_t)mem & 7) != 0) return ECP_MEMORY_ALIGN;
     need = ecp_world_memsize(desc);
+    if (need == 0) return ECP_BAD_OPTION; /* more than can be addressed */
     if (bytes < need) return ECP_MEMORY_SMALL;
     ECPSIM_MEMSET(mem, 0, need);
     /* field by field: padding stays zero, and equal worlds are equal bytes */
@@ -8307,7 +8329,14 @@ static int ecp_i_touching(const ecp_i_pair *c)
     return !(ecp_i_distance(&A, &B, at_a, at_b, n) > 0);
 }
 
-static ecp_real ecp_i_mean(ecp_real a, ecp_real b) { return a == b ? a : ecp_i_sqrt(a * b); }
+/* the geometric mean; by two roots where the product is beyond the reals */
+static ecp_real ecp_i_mean(ecp_real a, ecp_real b)
+{
+    ecp_real product = a * b;
+    if (a == b) return a;
+    if (product >= ECP_I_SMALLEST && ecp_i_finite(product)) return ecp_i_sqrt(product);
+    return ecp_i_sqrt(a) * ecp_i_sqrt(b);
+}
 
 /* zero before, and where there is no friction */
 static void ecp_i_pair_friction(ecp_i_pair *c)
@@ -8523,11 +8552,12 @@ static void ecp_i_find_touching(ecp_i_step *s)
     ecp_i_release(&s->arena, mark, s->arena.top);
 }
 
-/* pairs of primitives that could make a patch if they were near each other, without filters */
+/* pairs of primitives that could make a patch if they were near each other, without filters; INT_MAX of more */
 static int ecp_i_count_pairs(const ecp_i_step *s)
 {
     const ecp_i_part *parts = ecp_i_parts(s->w);
-    int i, dynamic = 0, others = 0, same = 0;
+    uint64_t dynamic = 0, others = 0, same = 0, pairs;
+    int i;
     for (i = 0; i < s->w->bodies; i++) s->motions[i].at = 0;
     for (i = 0; i < s->w->shapes; i++) {
         ecp_i_motion *m = s->motions + parts[i].body;
@@ -8536,10 +8566,11 @@ static int ecp_i_count_pairs(const ecp_i_step *s)
             others++;
             continue;
         }
-        same += m->at++;
+        same += (uint64_t)m->at++;
         dynamic++;
     }
-    return dynamic * others + dynamic * (dynamic - 1) / 2 - same;
+    pairs = dynamic * others + dynamic * (dynamic - 1) / 2 - same;
+    return pairs > 0x7fffffff ? 0x7fffffff : (int)pairs;
 }
 
 /* the body that stands for the set that body i is in; the lowest index of the set */
@@ -9713,13 +9744,13 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
         }
     }
     if (status == ECP_OK && !asleep) status = ecp_i_solve_all(&s);
-    for (i = 0; i < world->bodies; i++) {
-        r->largest_turn = ecp_i_max(r->largest_turn, h * ecp_i_norm(s.motions[i].v + 3));
-    }
     r->patches_kept = s.pair_count;
     r->patches_left_out = ecp_i_count_pairs(&s) - s.pair_count;
     if (status == ECP_OK && !asleep) status = ecp_i_verify(&s);
     if (status == ECP_OK && !asleep) status = ecp_i_commit(&s);
+    for (i = 0; status == ECP_OK && i < world->bodies; i++) {
+        r->largest_turn = ecp_i_max(r->largest_turn, h * ecp_i_norm(s.motions[i].v + 3));
+    }
     ecp_i_arena_mark(&s.arena);
     if (s.arena.most + spare > r->memory_used) r->memory_used = s.arena.most + spare;
     /* work memory is zero outside a call: a failed step leaves no trace */
@@ -10035,16 +10066,17 @@ static int ecp_i_phases(const ecp_i_advance *a, ecp_i_phase *list)
             ecp_i_mul_t(B.Q, x, b);
             f->faces[1] = ecp_i_faces(a, sb, length, b, l + sa->inequalities);
         }
+        f->mu = c->mu;
+        f->p_n[0] = c->p_n;
+        f->h = w->last_h;
+        if (!(c->mu > 0)) continue;
         ecp_i_scale(c->p_t / (c->e_t * c->e_t), c->direction_t, f->friction);
         ecp_i_axpy(f->friction, c->p_o / (c->e_o * c->e_o), c->direction_o, f->friction);
         if (c->e_r > 0) f->friction[3] = c->p_r / c->e_r;
-        f->p_n[0] = c->p_n;
         size = c->p_t * c->p_t / (c->e_t * c->e_t) + c->p_o * c->p_o / (c->e_o * c->e_o) +
                f->friction[3] * f->friction[3];
-        f->mu = c->mu;
-        f->h = w->last_h;
         ecp_i_set3(1 / c->e_t, 1 / c->e_o, c->e_r > 0 ? 1 / c->e_r : ECP_R(0), f->weigh);
-        f->y[0] = c->mu > 0 ? ecp_i_sqrt(size) / c->mu : ECP_R(0);
+        f->y[0] = ecp_i_sqrt(size) / c->mu;
     }
     return count;
 }
@@ -11448,6 +11480,17 @@ static void ecp_i_put_digits(const ecp_i_text *t, uint32_t value, uint32_t base)
     ecp_i_put(t, text + at);
 }
 
+/* hexadecimal, with all eight digits of the lower half: a constant has the first type that holds it */
+static void ecp_i_put_size(const ecp_i_text *t, size_t value)
+{
+    uint32_t low = (uint32_t)(value & 0xffffffffu);
+    int k;
+    ecp_i_put(t, "0x");
+    ecp_i_put_digits(t, (uint32_t)((value >> 16) >> 16), 16);
+    for (k = 28; k > 0 && low >> k == 0; k -= 4) ecp_i_put(t, "0");
+    ecp_i_put_digits(t, low, 16);
+}
+
 static void ecp_i_put_int(const ecp_i_text *t, const char *before, int value, const char *after)
 {
     uint32_t size = (uint32_t)value;
@@ -11752,7 +11795,10 @@ static void ecp_i_put_world(const ecp_i_text *t, const ecp_world *w)
     ecp_i_put_int(t, "    desc.max_shapes = ", w->desc.max_shapes, ";\n");
     ecp_i_put_int(t, "    desc.max_patches = ", w->desc.max_patches, ";\n");
     ecp_i_put_int(t, "    desc.max_inequalities = ", w->desc.max_inequalities, ";\n");
-    ecp_i_put_int(t, "    desc.solver_bytes = ", (int)w->desc.solver_bytes, ";\n");
+    ecp_i_put_int(t, "    desc.advance_order = ", w->desc.advance_order, ";\n");
+    ecp_i_put(t, "    desc.solver_bytes = ");
+    ecp_i_put_size(t, w->desc.solver_bytes);
+    ecp_i_put(t, ";\n");
     for (k = 0; k < 3; k++) {
         ecp_i_put_int(t, "    desc.gravity[", k, "] = ");
         ecp_i_put_real(t, w->desc.gravity[k]);

@@ -31,8 +31,8 @@ static int show(ecp_world *w, const ecp_report *r)
 {
     ecp_status status = r->status;
     int k;
-    printf("%d, %d bodies, %d asleep, %d contacts, hash %08lx", (int)status, w->bodies, r->asleep,
-           w->patches, hash_world(w));
+    printf("%d, %d bodies, %d asleep, %d contacts, %lu bytes, hash %08lx", (int)status, w->bodies,
+           r->asleep, w->patches, (unsigned long)w->bytes, hash_world(w));
     for (k = 0; k < 10; k++) ecp_step(w, ECP_R(0.01), NULL, NULL);
     printf(", then %08lx\n", hash_world(w));
     free(w);
@@ -89,6 +89,8 @@ int main(int argc, char **argv)
     if (!file) return 1;
     desc.max_bodies = 12;
     desc.max_patches = 20;
+    desc.solver_bytes = 200000;
+    desc.advance_order = 3; /* its memory is there for steps as well */
     bytes = ecp_world_memsize(&desc);
     ecp_world_init(&w, &desc, malloc(bytes), bytes);
     for (i = 0; i < 4; i++) {

@@ -43,6 +43,30 @@ static void check_fallback(dumped *step, int fallback)
     CHECK(r.fallbacks != 0);
 }
 
+/* A step that ends in the midst of its parts, as its iterations do, leaves the world as it was. */
+static void test_fallbacks_restore(void)
+{
+    ecp_world *w = NULL, *before;
+    ecp_options o = ecp_options_default();
+    ecp_report r;
+    int most, parts = 0;
+    fallbacks_of_the_step = 0;
+    CHECK(step_substeps(&w, &r) == ECP_NOT_SOLVED);
+    before = (ecp_world *)malloc(w->bytes);
+    memcpy(before, w, w->bytes);
+    o.fallbacks = ECP_FALLBACK_SUBSTEPS;
+    for (most = 20; most < 200; most++) {
+        o.max_total_iterations = most;
+        memcpy(w, before, before->bytes);
+        if (ecp_step(w, ECP_R(0.1), &o, &r) == ECP_OK) break;
+        CHECK(memcmp(w, before, before->bytes) == 0);
+        parts += (r.fallbacks & ECP_FALLBACK_SUBSTEPS) != 0;
+    }
+    CHECK(parts > 0 && r.status == ECP_OK && r.substeps > 1);
+    free(before);
+    free(w);
+}
+
 /* Newton alone from the velocities as they were, where those that balance the last step's impulses lead
    nowhere (ecp_i_better_start) */
 static void test_fallbacks_rival(void)
@@ -166,6 +190,7 @@ static void test_fallbacks(void)
     check_fallback(step_chord, ECP_FALLBACK_CHORD);
     step_with(step_substeps, ECP_FALLBACK_SUBSTEPS, &r);
     CHECK(r.substeps > 1);
+    test_fallbacks_restore();
     test_fallbacks_sticking();
     test_fallbacks_rival();
     test_fallbacks_strides();

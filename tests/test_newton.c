@@ -624,6 +624,42 @@ static void newton_test_crawl(void)
     }
 }
 
+/* x / sqrt(1 + x^2) from 50 needs damped steps, which may take more iterations; more than an int holds there are not */
+static void newton_flat_function(void *user, const ecp_real *z, ecp_real *F)
+{
+    (void)user;
+    F[0] = z[0] / ecp_i_sqrt(1 + z[0] * z[0]);
+}
+
+static void newton_flat_jacobian(void *user, const ecp_real *z, ecp_real *J)
+{
+    ecp_real s = 1 + z[0] * z[0];
+    (void)user;
+    J[0] = 1 / (s * ecp_i_sqrt(s));
+}
+
+static void newton_test_limits(void)
+{
+    static const int most[4] = {40, 0x1fffffff, 0x20000000, 0x7fffffff};
+    ecp_mcp p;
+    ecp_mcp_report r;
+    ecp_options o = ecp_options_default();
+    double memory[200];
+    int k, first = 0;
+    memset(&p, 0, sizeof p);
+    p.n = 1;
+    p.function = newton_flat_function;
+    p.jacobian = newton_flat_jacobian;
+    o.fallbacks = 0;
+    for (k = 0; k < 4; k++) {
+        ecp_real z[1] = {50};
+        o.max_iterations = most[k];
+        CHECK(ecp_mcp_solve(&p, &o, z, memory, sizeof memory, &r) == ECP_OK);
+        if (k == 0) first = r.iterations;
+        CHECK(r.iterations == first && ecp_i_abs(z[0]) < o.tolerance);
+    }
+}
+
 static void test_newton(void)
 {
     test_seed = 21;
@@ -635,4 +671,5 @@ static void test_newton(void)
     newton_test_haste();
     newton_test_circle();
     newton_test_crawl();
+    newton_test_limits();
 }

@@ -164,6 +164,11 @@ static void world_test_init(void)
         }
     }
     CHECK(w == NULL);
+    /* what no size_t holds */
+    bad = d;
+    bad.solver_bytes = (size_t)-1;
+    CHECK(ecp_world_memsize(&bad) == 0);
+    CHECK(ecp_world_init(&w, &bad, block, need) == ECP_BAD_OPTION && w == NULL);
     for (i = 0; i < need + 64; i++) intact &= mem[i] == 0xa5;
     CHECK(intact);
 
@@ -892,6 +897,7 @@ static void world_test_failed_step(void)
     CHECK(r.iterations >= 1 && r.fallbacks == 0);
     CHECK(r.body == 1 && r.value > r.limit && r.limit > 0);
     CHECK(r.memory_used > f.bytes / 100 && r.memory_used <= f.bytes);
+    CHECK(r.largest_turn == 0); /* nothing was turned */
     CHECK(world_work_is_zero(f.world, f.bytes));
     CHECK(ecp_step(f.world, ECP_R(0.02), NULL, &r) == ECP_OK);
     CHECK(r.status == ECP_OK && r.body == -1 && r.shape_a == -1);
@@ -982,6 +988,64 @@ static void world_test_total_iterations(void)
     CHECK(ecp_step(f.world, ECP_R(0.02), &o, NULL) == ECP_BAD_OPTION);
     free(whole);
     world_free(&f);
+}
+
+/* A step in parts: forces act in all of them. A body that is alone takes what its force gives in h. */
+static void world_test_parts(void)
+{
+    ecp_body_desc d = ecp_body_desc_default();
+    ecp_shape box = world_box(0.5, 0.4, 0.3);
+    ecp_options o = ecp_options_default();
+    const ecp_real force[3] = {3, 0, 0};
+    ecp_report r;
+    ecp_real v[3];
+    ecp_world *w = test_world(NULL);
+    int alone;
+    test_ground(w, 0, 0, 1, NULL);
+    ecp_i_set3(0, 0, 50, d.position);
+    CHECK(ecp_body_add(w, &d, &alone) == ECP_OK);
+    d.inertia[0] = d.inertia[4] = d.inertia[8] = ECP_R(0.08);
+    ecp_i_set3(ECP_R(0.2), 0, ECP_R(0.4), d.position);
+    ecp_i_set3(3, 1, -20, d.velocity);
+    ecp_i_set3(5, -7, 3, d.angular_velocity);
+    CHECK(ecp_body_add(w, &d, NULL) == ECP_OK);
+    CHECK(ecp_body_add_shape(w, 2, &box, NULL, NULL, NULL, NULL) == ECP_OK);
+    CHECK(ecp_body_apply_force(w, alone, force, NULL) == ECP_OK);
+    o.max_iterations = 3;
+    o.fallbacks = ECP_FALLBACK_GEOMETRIC | ECP_FALLBACK_SUBSTEPS;
+    CHECK(ecp_step(w, ECP_R(0.02), &o, &r) == ECP_OK);
+    CHECK(r.substeps > 1 && r.body == -1 && r.value == 0 && r.limit == 0);
+    CHECK(ecp_body_get_state(w, alone, NULL, NULL, v, NULL) == ECP_OK);
+    CHECK_NEAR(v[0], 3 * 0.02, test_by(1e-14, 1e-7));
+    CHECK_NEAR(v[2], -9.8 * 0.02, test_by(1e-14, 1e-7));
+    free(w);
+}
+
+/* Worlds are equal bytes whatever the padding of the shapes that they were given. */
+static void world_test_padding(void)
+{
+    ecp_world *w[2];
+    ecp_shape box = world_box(0.5, 0.4, 0.3), copy;
+    ecp_body_desc d = ecp_body_desc_default();
+    int k;
+    for (k = 0; k < 2; k++) {
+        memset(&copy, k ? 0xff : 0, sizeof copy);
+        copy.cls = box.cls;
+        copy.kind = box.kind;
+        copy.inequalities = box.inequalities;
+        copy.vertex_count = 0;
+        memcpy(copy.size, box.size, sizeof copy.size);
+        memcpy(copy.centre, box.centre, sizeof copy.centre);
+        copy.radius = box.radius;
+        copy.planes = copy.vertices = NULL;
+        copy.user = NULL;
+        w[k] = test_world(NULL);
+        CHECK(ecp_body_add(w[k], &d, NULL) == ECP_OK);
+        CHECK(ecp_body_add_shape(w[k], 0, &copy, NULL, NULL, NULL, NULL) == ECP_OK);
+    }
+    CHECK(memcmp(w[0], w[1], ecp_world_state_size(w[0])) == 0);
+    free(w[0]);
+    free(w[1]);
 }
 
 static void world_test_bad_remove(void)
@@ -1362,6 +1426,8 @@ static void test_world_section(void)
     world_test_extreme_turns();
     world_test_failed_step();
     world_test_total_iterations();
+    world_test_parts();
+    world_test_padding();
     world_test_bad_remove();
     world_test_remove();
     world_test_remove_many();

@@ -776,18 +776,18 @@ ECP_DEF ecp_options ecp_options_default(void);
 /* What a step did. */
 typedef struct ecp_report {
     ecp_status status;
-    int unknowns;         /* scalar unknowns of the step's problem, all islands */
-    int asleep;           /* dynamic bodies that the step left out because they sleep; their islands
+    int unknowns;     /* scalar unknowns of the step's problem, all islands */
+    int asleep;       /* dynamic bodies that the step left out because they sleep; their islands
                              are counted nowhere else, their patches are */
-    int patches_kept;     /* pairs of primitives in the problem, or asleep */
+    int patches_kept; /* pairs of primitives in the problem, or asleep */
     int patches_left_out; /* all others (filters aside, at most INT_MAX): they cannot touch within the step */
-    int islands;          /* groups of bodies that touch, each solved by itself */
-    int iterations;       /* Newton iterations, all attempts */
-    int centring_rounds;  /* of the rule ECP_CENTRED */
-    int centred;          /* 1: the rule reached its solution in every island that needed it */
-    int evaluations;      /* residual evaluations, of an island each */
-    int fallbacks;        /* ECP_FALLBACK_... that were used, or-ed */
-    int substeps;         /* shorter steps that it took; 1 but for ECP_FALLBACK_SUBSTEPS */
+    int islands;         /* groups of bodies that touch, each solved by itself */
+    int iterations;      /* Newton iterations, all attempts */
+    int centring_rounds; /* of the rule ECP_CENTRED */
+    int centred;         /* 1: the rule reached its solution in every island that needed it */
+    int evaluations;     /* residual evaluations, of an island each */
+    int fallbacks;       /* ECP_FALLBACK_... that were used, or-ed */
+    int substeps;        /* shorter steps that it took; 1 but for ECP_FALLBACK_SUBSTEPS */
     int body, shape_a, shape_b; /* if status is not ECP_OK: where, or -1. An island that is not
                                    solved gives the patch whose equations are missed the most
                                    where its last attempt ended (ECPSIM_NO_PAIRS: its first) */
@@ -871,7 +871,9 @@ ECP_DEF ecp_status ecp_dump(const ecp_world *world, ecp_real h, const ecp_option
 
 /* Called before every base step with the world in its state there, and the time at the step's end:
    applies the loads (ecp_body_apply_force, ecp_body_apply_torque), and sets the velocities of
-   kinematic bodies. It must be a function of both alone, as base steps are repeated. */
+   kinematic bodies. It must be a function of both alone, as base steps are repeated. It is seen at these
+   times only: what comes and goes between two of them is not there. While little moves they are seconds apart,
+   so give a load that varies a longest_step, of a fraction of what it takes. */
 typedef void (*ecp_load)(void *user, ecp_world *world, ecp_real time);
 
 typedef struct ecp_advance_options {
@@ -887,6 +889,7 @@ typedef struct ecp_advance_options {
     ecp_load load;       /* or NULL */
     void *load_user;
     const ecp_options *step; /* of the base steps, or NULL */
+    ecp_real longest_step;   /* of a chosen macro step, s; 0: as long as the tolerance lets it be */
 } ecp_advance_options;
 
 /* 1e-6 (float: 1e-3), all chosen, no callback. */
@@ -921,7 +924,7 @@ typedef struct ecp_advance_report {
    On any status but ECP_OK the whole block is bit for bit as it was: ECP_CAPACITY where the
    description has not this order, ECP_TOLERANCE where the tolerance is below what rounding leaves (16
    times that of the base steps, or 64 rounding units of the distance from the origin over L),
-   ECP_BAD_STEP for a negative duration or a pace that is nothing beside it, ECP_BAD_OPTION (also
+   ECP_BAD_STEP for a negative duration or a pace or a longest step that is nothing beside it, ECP_BAD_OPTION (also
    within its own callback), ECP_NOT_FINITE, and those of ecp_step. */
 ECP_DEF ecp_status ecp_advance(ecp_world *world, ecp_real duration,
                                const ecp_advance_options *options, ecp_advance_report *report);
@@ -944,6 +947,7 @@ typedef struct ecp_printed {
     ecp_real largest;
 } ecp_printed;
 
+/* ECP_CAPACITY where the description has more than 64 inequalities. */
 ECP_DEF ecp_status ecp_printed_residual(const ecp_world *before, const ecp_world *after, ecp_real h,
                                         ecp_printed *printed);
 
@@ -1464,18 +1468,13 @@ ECP_DEF void ecp_chol_solve(int n, const ecp_real *A, int ld, ecp_real *b)
     }
 }
 
-/* |A(k:m, j)|, scaled by its largest component */
-static ecp_real ecp_i_column_norm(int k, int m, int j, const ecp_real *A, int ld)
+/* the largest of |row| */
+static ecp_real ecp_i_row_size(int n, const ecp_real *row)
 {
-    ecp_real big = 0, sum = 0;
-    int i;
-    for (i = k; i < m; i++) big = ecp_i_max(big, ecp_i_abs(A[i * ld + j]));
-    if (!(big > 0)) return 0;
-    for (i = k; i < m; i++) {
-        ecp_real x = A[i * ld + j] / big;
-        sum += x * x;
-    }
-    return big * ecp_i_sqrt(sum);
+    ecp_real size = 0;
+    int j;
+    for (j = 0; j < n; j++) size = ecp_i_max(size, ecp_i_abs(row[j]));
+    return size;
 }
 
 static void ecp_i_note_longest(ecp_real size, int j, ecp_real *most, int *longest)
@@ -1485,36 +1484,39 @@ static void ecp_i_note_longest(ecp_real size, int j, ecp_real *most, int *longes
     *longest = j;
 }
 
-/* The norm of the longest of the columns k to n of A from row k to m, and which it is (k if all are zero). By
-   squares, but where one that counts would over- or underflow. */
+/* The norm of the longest of the columns k to n of A from row k to m, and which it is (k if all are zero): by
+   squares, and where one that counts would over- or underflow once more in units of the largest entry. */
 static ecp_real ecp_i_longest_column(int k, int m, int n, const ecp_real *A, int ld, int *longest)
 {
     const ecp_real low = ECP_I_SMALLEST / (ECP_I_EPSILON * ECP_I_EPSILON);
-    ecp_real most = 0;
-    int i, j;
-    for (j = k; ECP_I_FOUR && j + 3 < n; j += 4) {
-        ecp_real a = 0, b = 0, c = 0, d = 0;
-        for (i = k; i < m; i++) {
-            const ecp_real *row = A + i * ld + j;
-            a += row[0] * row[0];
-            b += row[1] * row[1];
-            c += row[2] * row[2];
-            d += row[3] * row[3];
+    ecp_real most = 0, big = ECP_I_SMALLEST, unit = 1;
+    int i, j, pass;
+    for (pass = 0; pass < 2 && !(most > low && most < 1 / low); pass++) {
+        for (i = k; pass > 0 && i < m; i++)
+            big = ecp_i_max(big, ecp_i_row_size(n - k, A + i * ld + k));
+        if (pass > 0) unit = 1 / ecp_i_power_of_two(big);
+        most = 0;
+        for (j = k; ECP_I_FOUR && j + 3 < n; j += 4) {
+            ecp_real a = 0, b = 0, c = 0, d = 0;
+            for (i = k; i < m; i++) {
+                const ecp_real *row = A + i * ld + j;
+                a += row[0] * unit * (row[0] * unit);
+                b += row[1] * unit * (row[1] * unit);
+                c += row[2] * unit * (row[2] * unit);
+                d += row[3] * unit * (row[3] * unit);
+            }
+            ecp_i_note_longest(a, j, &most, longest);
+            ecp_i_note_longest(b, j + 1, &most, longest);
+            ecp_i_note_longest(c, j + 2, &most, longest);
+            ecp_i_note_longest(d, j + 3, &most, longest);
         }
-        ecp_i_note_longest(a, j, &most, longest);
-        ecp_i_note_longest(b, j + 1, &most, longest);
-        ecp_i_note_longest(c, j + 2, &most, longest);
-        ecp_i_note_longest(d, j + 3, &most, longest);
+        for (; j < n; j++) {
+            ecp_real sum = 0;
+            for (i = k; i < m; i++) sum += A[i * ld + j] * unit * (A[i * ld + j] * unit);
+            ecp_i_note_longest(sum, j, &most, longest);
+        }
     }
-    for (; j < n; j++) {
-        ecp_real sum = 0;
-        for (i = k; i < m; i++) sum += A[i * ld + j] * A[i * ld + j];
-        ecp_i_note_longest(sum, j, &most, longest);
-    }
-    if (most > low && most < 1 / low) return ecp_i_sqrt(most);
-    most = 0;
-    for (j = k; j < n; j++) ecp_i_note_longest(ecp_i_column_norm(k, m, j, A, ld), j, &most, longest);
-    return most;
+    return ecp_i_sqrt(most) / unit;
 }
 
 /* b -= tau v (v.b), v = (1, A(k+1:m, k)), on b(k:m) with the stride of a column or a vector */
@@ -3935,7 +3937,6 @@ typedef struct ecp_i_pair {
     ecp_real *fixed_a, *slope_a;
     int *active_a, *row_tag, *col_tag, *col_order;
     int kl, km, ny, columns, pivots;
-    int *row_order; /* where pairs are (ecp_i_block_again) */
     struct ecp_i_pair *next_here; /* of the patches that are assembled at the same front */
     const ecp_real *left;         /* the values of the unknowns passed on to it */
 
@@ -4614,8 +4615,8 @@ static int ecp_i_condense(int count, const ecp_real *l, const ecp_real *f, const
 }
 
 /* sum_i fixed_i g_i over the multipliers that are eliminated at once: all but the active ones */
-static void ecp_i_shift(int count, const ecp_real *g, const ecp_real *fixed, int kept, const int *active,
-                        ecp_real shift[3])
+static void ecp_i_shift(int count, const ecp_real *g, const ecp_real *fixed, int kept,
+                        const int *active, ecp_real shift[3])
 {
     int i, k = 0;
     ecp_i_set3(0, 0, 0, shift);
@@ -4942,6 +4943,9 @@ static void ecp_i_block_slack(ecp_i_pair *c)
     }
 }
 
+/* in which order the rows have become pivots, which ecp_i_block_again needs: there where pairs are */
+static int *ecp_i_row_order(const ecp_i_pair *c) { return c->col_order + c->ny; }
+
 /* geometry by geometry, impulses by impulses, then what is left of either by the other, and last the
    small ones */
 static void ecp_i_block_eliminate(ecp_i_pair *c)
@@ -4952,7 +4956,7 @@ static void ecp_i_block_eliminate(ecp_i_pair *c)
     int i, stage, before = -1;
     for (i = 0; i < c->ny; i++) {
         c->col_order[i] = i;
-        if (ECP_I_PAIRS) c->row_order[i] = i;
+        if (ECP_I_PAIRS) ecp_i_row_order(c)[i] = i;
         c->row_tag[i] = c->col_tag[i] =
             i < c->ny - 1 - ecp_i_nf(c) ? ECP_I_GEOMETRY : ECP_I_IMPULSE;
     }
@@ -4963,9 +4967,10 @@ static void ecp_i_block_eliminate(ecp_i_pair *c)
             ecp_i_block_slack(c);
             tolerance = ECP_I_NO_PIVOT;
         }
-        c->pivots = ecp_eliminate(c->block, c->columns, c->columns - 1, c->columns, c->ny, c->ny,
-                                  c->pivots, masks[stage < 3 ? stage : 3], tolerance, c->row_tag,
-                                  c->col_tag, ECP_I_PAIRS ? c->row_order : NULL, c->col_order);
+        c->pivots =
+            ecp_eliminate(c->block, c->columns, c->columns - 1, c->columns, c->ny, c->ny, c->pivots,
+                          masks[stage < 3 ? stage : 3], tolerance, c->row_tag, c->col_tag,
+                          ECP_I_PAIRS ? ecp_i_row_order(c) : NULL, c->col_order);
     }
 }
 
@@ -5060,8 +5065,8 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
 
 /* The multipliers that were eliminated at once, for another point: their slopes stay as they are. 0 if one
    is to be kept now. */
-static int ecp_i_condense_again(int count, const ecp_real *l, const ecp_real *f, ecp_real L, int kept,
-                                const int *active, ecp_real *fixed)
+static int ecp_i_condense_again(int count, const ecp_real *l, const ecp_real *f, ecp_real L,
+                                int kept, const int *active, ecp_real *fixed)
 {
     int i, k = 0;
     for (i = 0; i < count; i++) {
@@ -5086,15 +5091,15 @@ static int ecp_i_block_again(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
     ecp_real *rhs = c->block + c->columns - 1;
     int i, k, ld = c->columns;
     if (!ecp_i_condense_again(c->nl, y + 3, c->fa, c->L, c->kl, c->active_a, c->fixed_a)) return 0;
-    if (!ecp_i_on_plane(c) && !ecp_i_condense_again(c->nm, y + ecp_i_at_m(c), c->on_b->fb, c->L, c->km,
-                                                    c->on_b->active_b, c->on_b->fixed_b)) {
+    if (!ecp_i_on_plane(c) && !ecp_i_condense_again(c->nm, y + ecp_i_at_m(c), c->on_b->fb, c->L,
+                                                    c->km, c->on_b->active_b, c->on_b->fixed_b)) {
         return 0;
     }
     for (i = 0; i < ld - 1; i++) rhs[ld * i] = 0;
     ecp_i_pair_slopes(c, h, 0, &slopes);
     ecp_i_block_rhs(c, &slopes, y, F, h, 0, floor);
     for (i = 0; i < c->ny; i++) own[i] = rhs[ld * i];
-    for (i = 0; i < c->ny; i++) rhs[ld * i] = own[c->row_order[i]];
+    for (i = 0; i < c->ny; i++) rhs[ld * i] = own[ecp_i_row_order(c)[i]];
     for (i = 1; i < ld - 1; i++) {
         const ecp_real *row = c->block + ld * i;
         for (k = 0; k < c->pivots && k < i; k++) rhs[ld * i] -= row[k] * rhs[ld * k];
@@ -5122,8 +5127,8 @@ typedef struct ecp_i_front {
     ecp_real *G;  /* open velocities, from those and u: rows of open + width + 1 */
     ecp_real *Bt; /* forces + open rows of 6 + width: reflectors and R */
     ecp_real *tau_b, *tau_l;
-    ecp_real *x;    /* the forces, in orthogonal combinations; then the open velocities */
-    ecp_real *tau;  /* of the reflectors of R, of momentum, of G, and of the constraints passed on */
+    ecp_real *x;   /* the forces, in orthogonal combinations; then the open velocities */
+    ecp_real *tau; /* of the reflectors of R, of momentum, of G, and of the constraints passed on */
     ecp_real *kept; /* what ecp_i_front_again needs, see ecp_i_front_keep */
     ecp_real size;  /* of the momentum rows that no force takes */
     ecp_real *C;    /* constraints x (7 + width), on the stack */
@@ -5140,7 +5145,7 @@ typedef struct ecp_i_tree {
     int *ints;           /* widest front */
     ecp_real *v, *u;     /* velocities of all bodies; those of the others of one front */
     int planned;         /* the fronts are there, and their order */
-    size_t mark, stack;  /* where the memory of the fronts begins, and their stack */
+    size_t stack;        /* where the stack of the fronts begins */
     int many;            /* the last solve had many solutions */
     ecp_real h;
 } ecp_i_tree;
@@ -5210,7 +5215,8 @@ static void ecp_i_graph_eliminate(ecp_i_arena *arena, int n, ecp_i_graph *g, int
     f->body = i;
     f->width = 6 * g->degree[i];
     f->others = ecp_i_take_ints(arena, g->degree[i]);
-    for (j = ecp_i_next_bit(row, n, 0); j < n && !arena->overflow; j = ecp_i_next_bit(row, n, j + 1)) {
+    for (j = ecp_i_next_bit(row, n, 0); j < n && !arena->overflow;
+         j = ecp_i_next_bit(row, n, j + 1)) {
         unsigned *other = g->bits + words * j;
         f->others[count++] = j;
         for (w = 0; w < words; w++) other[w] |= row[w];
@@ -5223,7 +5229,8 @@ static void ecp_i_graph_eliminate(ecp_i_arena *arena, int n, ecp_i_graph *g, int
 /* Minimum degree (the lowest index of several); a front's parent is the first of its others. */
 static void ecp_i_minimum_degree(ecp_i_arena *arena, int n, ecp_i_graph *g)
 {
-    int words = (n + ECP_I_WORD - 1) / ECP_I_WORD, i, j, k, least = 0; /* least: no degree is below it */
+    int words = (n + ECP_I_WORD - 1) / ECP_I_WORD, i, j, k,
+        least = 0; /* least: no degree is below it */
     for (i = 0; i < n; i++) {
         g->degree[i] = ecp_i_count_bits(g->bits + words * i, words);
         g->rank[i] = -1;
@@ -5315,14 +5322,6 @@ static int ecp_i_front_body(const ecp_i_front *f) { return ECP_I_PAIRS ? f->body
 
 /* what an open velocity costs in the least step, should another front need it */
 #define ECP_I_OPEN_WEIGHT ECP_R(100.0)
-
-static ecp_real ecp_i_row_size(int n, const ecp_real *row)
-{
-    ecp_real size = 0;
-    int j;
-    for (j = 0; j < n; j++) size = ecp_i_max(size, ecp_i_abs(row[j]));
-    return size;
-}
 
 /* reorders n columns: column k is what column piv[k] was */
 static void ecp_i_permute(int n, const int *piv, ecp_real *row)
@@ -5577,7 +5576,7 @@ static int ecp_i_front_carve(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fron
     f->Bt = ecp_i_take_reals(arena, f->forces + ECP_I_ROWS_FOR_PARENT, 6 + n);
     f->tau_b = ecp_i_take_reals(arena, 6, 1);
     f->tau_l = ecp_i_take_reals(arena, n, 1);
-    f->tau = ecp_i_take_reals(arena, 18 + n, 1);
+    if (ECP_I_PAIRS) f->tau = ecp_i_take_reals(arena, 18 + n, 1);
     f->x = ecp_i_take_reals(arena, f->forces + ECP_I_ROWS_FOR_PARENT, 1);
     f->C = ecp_i_take_stack(arena, f->constraints + ECP_I_ROWS_FOR_PARENT, ld);
     if (!ECP_I_PAIRS) f->R = f->C; /* nobody takes the stack from a front that stands alone */
@@ -5639,14 +5638,18 @@ static void ecp_i_front_settle(ecp_i_arena *arena, ecp_i_front *f)
     f->pass = to;
 }
 
+/* the place of one factorisation's factors among others in ecp_i_front.tau */
+#define ECP_I_TAU (ECP_I_PAIRS ? 6 : 0)
+
 /* Eliminates one body. m: its inertia, b: the right-hand side of its momentum rows. */
 static int ecp_i_front_factor(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_front *f,
                               const ecp_i_motion *m, const ecp_real *b)
 {
     const ecp_i_pair *c;
-    ecp_real unit = m->mass * m->length * m->length;
+    ecp_real tau[6], unit = m->mass * m->length * m->length;
     int i, j, n = ecp_i_width(f), ld = 7 + n, constraints = 0, forces = 0, left;
     if (!ecp_i_front_carve(t, arena, f)) return 0;
+    if (!ECP_I_PAIRS) f->tau = tau; /* nobody asks for it again */
     for (i = 0; i < 3; i++) {
         f->M[ld * i + i] = 1;
         for (j = 0; j < 3; j++) f->M[ld * (3 + i) + 3 + j] = m->inertia[3 * i + j] / unit;
@@ -5665,8 +5668,8 @@ static int ecp_i_front_factor(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fro
     }
     ecp_i_front_constrain(t, f, f->tau);
     ecp_i_front_balance(f);
-    left = ecp_i_front_momentum(f, f->tau + 6);
-    if (f->open > 0) ecp_i_front_open(arena, f, f->tau + 12);
+    left = ecp_i_front_momentum(f, f->tau + ECP_I_TAU);
+    if (f->open > 0) ecp_i_front_open(arena, f, f->tau + 2 * ECP_I_TAU);
     if (arena->overflow) return 0;
     if (!ECP_I_PAIRS) {
         ecp_i_release(arena, arena->used, f->level);
@@ -5732,7 +5735,8 @@ static void ecp_i_front_recover(const ecp_i_tree *t, ecp_i_front *f)
 }
 
 /* Q^T b, and then the unknowns of [R1 ..] x = b, for the reflectors and the R1 of ecp_i_qr in A */
-static void ecp_i_solve_qr(int rows, int rank, const ecp_real *A, int ld, const ecp_real *tau, ecp_real *b)
+static void ecp_i_solve_qr(int rows, int rank, const ecp_real *A, int ld, const ecp_real *tau,
+                           ecp_real *b)
 {
     int i, k;
     ecp_qr_apply_qt(rows, rank, A, ld, tau, b);
@@ -5744,8 +5748,8 @@ static void ecp_i_solve_qr(int rows, int rank, const ecp_real *A, int ld, const 
 
 /* Other right-hand sides of a front: of its constraints (rest), and of the momentum of its body and the others (m),
    from b, the patches' blocks and the children. */
-static void ecp_i_front_collect(const ecp_i_tree *t, const ecp_i_front *f, const ecp_real *b, ecp_real *rest,
-                                ecp_real *m)
+static void ecp_i_front_collect(const ecp_i_tree *t, const ecp_i_front *f, const ecp_real *b,
+                                ecp_real *rest, ecp_real *m)
 {
     const ecp_i_pair *c;
     int i, j, side, n = ecp_i_width(f);
@@ -5777,7 +5781,8 @@ static void ecp_i_front_collect(const ecp_i_tree *t, const ecp_i_front *f, const
 
 /* Takes other right-hand sides through the front as it was eliminated, in the steps of ecp_i_front_factor. The
    columns that ecp_i_front_recover reads, and what the parent gets, are then those of a step with them. */
-static void ecp_i_front_again(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_front *f, const ecp_real *b)
+static void ecp_i_front_again(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_front *f,
+                              const ecp_real *b)
 {
     int i, j, k, n = ecp_i_width(f), ld = 7 + n, ldb = 6 + n, ldg = f->open + n + 1;
     int rows = 6 - f->rank_b, left = f->constraints - f->rank_c, fixed = f->rank_c + f->rank_m;
@@ -5797,7 +5802,8 @@ static void ecp_i_front_again(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fro
     }
     for (i = 1; i < ldb; i++) {
         ecp_real *to = i < 6 ? w + i : m + i;
-        for (k = 0; k < f->rank_b && k < i; k++) *to -= f->Bt[ldb * k + i] / f->Bt[ldb * k + k] * w[k];
+        for (k = 0; k < f->rank_b && k < i; k++)
+            *to -= f->Bt[ldb * k + i] / f->Bt[ldb * k + k] * w[k];
     }
     for (i = 0; i < f->rank_b; i++) f->W[ld * i + ld - 1] = w[i];
     for (; i < 6; i++) w[i] -= ecp_i_row_value(f->rank_c, f->W + ld * i, known);
@@ -5815,7 +5821,8 @@ static void ecp_i_front_again(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fro
         for (i = 0; i < 6; i++) v[i] = 0;
         for (i = 0; i < f->rank_m; i++) v[f->rank_c + f->piv_m[i]] = known[f->rank_c + i];
         for (i = 0; i < f->rank_c; i++) {
-            v[i] = known[i] - ecp_i_row_value(6 - f->rank_c, f->R + ld * i + f->rank_c, v + f->rank_c);
+            v[i] =
+                known[i] - ecp_i_row_value(6 - f->rank_c, f->R + ld * i + f->rank_c, v + f->rank_c);
         }
         for (i = 0; i < f->rank_b; i++) {
             w[i] = (w[i] - ecp_i_row_value(6, f->W + ld * i, v)) / f->Bt[ldb * i + i];
@@ -5838,7 +5845,6 @@ static int ecp_i_tree_solve(ecp_i_tree *t, ecp_i_arena *arena, int n, const ecp_
                             const int *bodies, const ecp_real *b)
 {
     int k;
-    ecp_i_release(arena, t->mark, t->stack);
     t->many = 0;
     for (k = 0; k < n; k++) {
         ecp_i_front *f = t->fronts + k;
@@ -6001,9 +6007,11 @@ static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax,
     for (i = 0; i < ecp_i_body_count(s); i++) {
         const ecp_i_motion *m = ecp_i_mover(s, i);
         ecp_real unit = m->mass * m->speed, noise = ECP_I_PAIRS ? m->noise / m->speed : ECP_R(0);
-        ecp_real moved = ecp_i_norm(m->free) / m->speed;
-        /* but what the loads do in the step is told from nothing: it adds up */
-        if (moved > 0) noise = ecp_i_min(noise, moved / 64);
+        if (noise > 0) {
+            /* but what the loads do in the step is told from nothing: it adds up */
+            ecp_real moved = ecp_i_norm(m->free) / m->speed;
+            if (moved > 0) noise = ecp_i_min(noise, moved / 64);
+        }
         for (k = 0; k < 2; k++) {
             ecp_real scale = k ? unit * m->length : unit, *row = F + 6 * i + 3 * k;
             ecp_real floor = 16 * ECP_I_EPSILON * m->floor[k] / scale, size;
@@ -6027,7 +6035,6 @@ static void ecp_i_carve_block(ecp_i_arena *arena, int count, int bodies, ecp_i_p
     c->row_tag = ints;
     c->col_tag = ints + count;
     c->col_order = ints + 2 * count;
-    c->row_order = ints + 3 * count;
 }
 
 /* The tree of an island of n bodies: what the order needs, and the vectors of a solve. */
@@ -6036,8 +6043,9 @@ static void ecp_i_carve_tree(ecp_i_arena *arena, int n, ecp_i_tree *t, ecp_i_gra
     int words = (n + ECP_I_WORD - 1) / ECP_I_WORD;
     t->fronts = (ecp_i_front *)ecp_i_take(arena, (size_t)n, sizeof(ecp_i_front));
     t->v = ecp_i_take_reals(arena, 6, n);
-    t->u = ecp_i_take_reals(arena, 6, n);
+    t->u = NULL;
     if (!ECP_I_PAIRS) return;
+    t->u = ecp_i_take_reals(arena, 6, n);
     t->slot = ecp_i_take_ints(arena, n);
     t->ints = ecp_i_take_ints(arena, 6 * n);
     g->mass = ecp_i_take_reals(arena, n, 1);
@@ -6126,6 +6134,7 @@ static size_t ecp_i_tree_most(const ecp_i_tree *t, int n)
             from += w * (3 * w + 2);
         }
         lasting += (19 + rows) * (7 + u) + u + 18; /* 12 for rounding up */
+        if (ECP_I_PAIRS) lasting += 9 * u + 24 + rows * (6 + u);
         now = passed + (rows + 6 + u) * (7 + u) + pass;
         if (now > most) most = now;
         passed += pass - from;
@@ -6208,7 +6217,6 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
                          ecp_i_normal_floor(s, c));
         ecp_i_block_eliminate(c);
     }
-    t->mark = s->arena->used;
     for (i = 0; i < n; i++) dz[i] = -F[i];
     t->same = ecp_i_max(ECP_I_FINEST_CONSTRAINT, ecp_i_min(ECP_I_SAME_CONSTRAINT, fine));
     if (!ecp_i_tree_solve(t, s->arena, ecp_i_body_count(s), s->motions, s->bodies, dz)) return 0;
@@ -6225,7 +6233,8 @@ static int ecp_i_island_again(void *self, const ecp_real *z, const ecp_real *F, 
     if (n < 12) return 0;
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
-        if (!ecp_i_block_again(c, z + c->at, F + c->at, s->h, ecp_i_normal_floor(s, c), dz + c->at)) return 0;
+        if (!ecp_i_block_again(c, z + c->at, F + c->at, s->h, ecp_i_normal_floor(s, c), dz + c->at))
+            return 0;
     }
     for (i = 0; i < n; i++) dz[i] = -F[i];
     if (!ecp_i_tree_again(&s->tree, s->arena, n / 6, dz)) return 0;
@@ -6502,12 +6511,14 @@ static void ecp_i_better_start(const ecp_i_problem *p, ecp_real *z, ecp_i_effort
    the same derivative, as many as it takes to come down to rounding. The error of such a step is that of a Newton
    step times what the iterates have moved since the derivative was taken, so it lowers the residual by twice the
    ratio by which the last one has. One that does less by far is taken back, and Newton goes on. */
-static void ecp_i_repeat(const ecp_i_problem *p, ecp_real before, ecp_real tolerance, ecp_real relax,
-                         ecp_real *z, ecp_i_search *s, ecp_i_effort *effort)
+static void ecp_i_repeat(const ecp_i_problem *p, ecp_real before, ecp_real tolerance,
+                         ecp_real relax, ecp_real *z, ecp_i_search *s, ecp_i_effort *effort)
 {
     const ecp_i_size *now = &effort->size;
     ecp_real ratio = 2 * now->rest / before, rest = now->rest, merit = s->merit;
-    int k, most = rest * ratio * ratio * ratio * ratio <= ecp_i_content(tolerance) / 8 ? ECP_I_REPEATS : 1;
+    int k, most = rest * ratio * ratio * ratio * ratio <= ecp_i_content(tolerance) / 8
+                      ? ECP_I_REPEATS
+                      : 1;
     if (!ECP_I_PAIRS || !p->again || !(ratio <= ECP_I_REPEAT_RATIO)) return;
     for (k = 0; k < most && !ecp_i_at_rounding(now, tolerance); k++) {
         if (!p->again(p->self, z, p->F, p->dz)) return;
@@ -8122,12 +8133,13 @@ static int ecp_i_most_together(const ecp_world_desc *d) { return ECP_I_PAIRS ? d
 static size_t ecp_i_tree_reals(const ecp_world_desc *d)
 {
     size_t n = (size_t)ecp_i_most_together(d), patches = (size_t)d->max_patches;
-    size_t u = 6 * (n - 1 < 12 ? n - 1 : 12);
+    size_t u = 6 * (n - 1 < 12 ? n - 1 : 12), few = n > 8 && u > 18 ? 18 : u;
     size_t left = n > 8 ? 8 : (size_t)ecp_i_most_left(d);
     size_t met = patches * left + n * u, front = (n > 8 ? 32 * left : met) + ECP_I_ROWS_FOR_PARENT;
-    return n * ((ECP_I_PAIRS ? 19 : 13) * (7 + u) + u + 12) +
-           (met + ECP_I_ROWS_FOR_PARENT * n) * (7 + u) +                    /* lasting */
-           front * (7 + u) + (6 + u) * (7 + u) + (n + 1) * 2 * u * (u + 1); /* stack */
+    size_t rows = met + ECP_I_ROWS_FOR_PARENT * n;
+    return n * ((ECP_I_PAIRS ? 19 : 13) * (7 + u) + u + 12) + rows * (7 + u) + /* lasting */
+           (ECP_I_PAIRS ? n * (9 * u + 24) + met * 6 + rows * few : 0) +       /* kept */
+           front * (7 + u) + (6 + u) * (7 + u) + (n + 1) * 2 * u * (u + 1);    /* stack */
 }
 
 /* of ecp_advance */
@@ -8556,21 +8568,19 @@ static void ecp_i_find_touching(ecp_i_step *s)
 static int ecp_i_count_pairs(const ecp_i_step *s)
 {
     const ecp_i_part *parts = ecp_i_parts(s->w);
-    uint64_t dynamic = 0, others = 0, same = 0, pairs;
-    int i;
+    int i, all = 0, dynamic = 0, pairs = 0, more;
     for (i = 0; i < s->w->bodies; i++) s->motions[i].at = 0;
     for (i = 0; i < s->w->shapes; i++) {
         ecp_i_motion *m = s->motions + parts[i].body;
         if (parts[i].body == ECP_I_FREE) continue;
-        if (!m->dynamic) {
-            others++;
-            continue;
-        }
-        same += (uint64_t)m->at++;
-        dynamic++;
+        /* with those before it */
+        more = m->dynamic ? all - m->at++ : dynamic;
+        if (more > 0x7fffffff - pairs) return 0x7fffffff;
+        pairs += more;
+        dynamic += m->dynamic;
+        all++;
     }
-    pairs = dynamic * others + dynamic * (dynamic - 1) / 2 - same;
-    return pairs > 0x7fffffff ? 0x7fffffff : (int)pairs;
+    return pairs;
 }
 
 /* the body that stands for the set that body i is in; the lowest index of the set */
@@ -10993,6 +11003,7 @@ static ecp_real ecp_i_longest(const ecp_i_advance *a)
         const ecp_i_body *b = ecp_i_bodies(a->w) + i;
         if (ecp_i_moves(b)) rate = ecp_i_max(rate, ecp_i_norm(b->v + 3));
     }
+    if (a->o.longest_step > 0) rate = ecp_i_max(rate, 1 / a->o.longest_step);
     return rate > 0 ? 1 / rate : ECP_R(1e30);
 }
 
@@ -11383,15 +11394,17 @@ static ecp_status ecp_i_check_advance(const ecp_world *w, ecp_real duration,
     if (w->printed_moment) return ECP_BAD_OPTION; /* within its own callback */
     if (w->desc.advance_order == 0) return ECP_CAPACITY;
     if (!ecp_i_finite(duration) || !ecp_i_finite(o->tolerance) || !ecp_i_finite(o->macro_step) ||
-        !ecp_i_finite(o->time)) {
+        !ecp_i_finite(o->time) || !ecp_i_finite(o->longest_step)) {
         return ECP_NOT_FINITE;
     }
     if (!(duration >= 0)) return ECP_BAD_STEP;
-    if (o->order == 1 || o->order < 0 || o->max_solves < 0 || !(o->macro_step >= 0)) {
+    if (o->order == 1 || o->order < 0 || o->max_solves < 0 || !(o->macro_step >= 0) ||
+        !(o->longest_step >= 0)) {
         return ECP_BAD_OPTION;
     }
     if (o->order > w->desc.advance_order) return ECP_CAPACITY;
     if (!(o->tolerance > 0)) return ECP_BAD_OPTION;
+    if (o->longest_step > 0 && !(o->longest_step > ECP_I_EPSILON * duration)) return ECP_BAD_STEP;
     if (o->macro_step > 0) return o->macro_step > ECP_I_EPSILON * duration ? ECP_OK : ECP_BAD_STEP;
     /* rounding: of the base steps' equations, and of gaps as differences of positions */
     if (o->tolerance < 16 * step->tolerance) return ECP_TOLERANCE;

@@ -10,7 +10,8 @@ static void certificate_farthest(const ecp_shape *s, const ecp_real x[3], const 
     ecp_real local[3], at[3];
     int i, k;
     for (k = 0; k < 3; k++) {
-        local[k] = (ecp_real)((double)Q[k] * n[0] + (double)Q[3 + k] * n[1] + (double)Q[6 + k] * n[2]);
+        local[k] =
+            (ecp_real)((double)Q[k] * n[0] + (double)Q[3 + k] * n[1] + (double)Q[6 + k] * n[2]);
     }
     s->cls->support(s, local, 0, at);
     for (i = 0; i < 3; i++) {
@@ -39,7 +40,8 @@ static double certificate_along(const ecp_world *w, int i, int j, const double n
             double N[3], along = 0;
             int r;
             for (k = 0; k < 3; k++) {
-                for (r = 0, N[k] = 0; r < 3; r++) N[k] += (double)Qb[3 * k + r] * (double)B->size[r];
+                for (r = 0, N[k] = 0; r < 3; r++)
+                    N[k] += (double)Qb[3 * k + r] * (double)B->size[r];
             }
             for (k = 0; k < 3; k++) back[k] = -N[k];
             certificate_farthest(A, xa, Qa, back, pa);
@@ -93,7 +95,8 @@ static double certificate(const ecp_world *w)
             const ecp_shape *a = NULL, *b = NULL;
             ecp_shape_get(w, i, &a, &body_i, NULL, NULL);
             ecp_shape_get(w, j, &b, &body_j, NULL, NULL);
-            if (body_i == body_j || (a->kind == ECP_HALF_SPACE && b->kind == ECP_HALF_SPACE)) continue;
+            if (body_i == body_j || (a->kind == ECP_HALF_SPACE && b->kind == ECP_HALF_SPACE))
+                continue;
             if (certificate_pair(w, i, j) < least) least = certificate_pair(w, i, j);
         }
     }

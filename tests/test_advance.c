@@ -123,6 +123,51 @@ static void advance_nested(void *user, ecp_world *w, ecp_real time)
 }
 
 /* nothing to move, by itself and at a pace */
+/* A box at rest under a force that is 1.0625 of what friction holds at its peaks, at 3 rad/s for 5 s: the peaks are
+   seen where no macro step is longer than a fraction of what they last. */
+static void advance_peak(void *user, ecp_world *w, ecp_real time)
+{
+    ecp_real f[3] = {0, 0, 0};
+    (void)user;
+    f[0] = ECP_R(0.3 * 9.8 * 1.0625 * sin(3 * (double)time));
+    ecp_body_apply_force(w, 1, f, NULL);
+}
+
+static void advance_peaks(void)
+{
+    ecp_advance_options o = ecp_advance_options_default();
+    ecp_material m = ecp_material_default();
+    ecp_advance_report r;
+    const ecp_real half[3] = {ECP_R(0.1), ECP_R(0.1), ECP_R(0.1)};
+    ecp_world *w = advance_world(6);
+    ecp_shape s;
+    double x = 0, v = 0, dt = 1e-5;
+    long k;
+    m.mu = ECP_R(0.3);
+    test_ground(w, 0, 0, 1, &m);
+    CHECK(ecp_shape_box(&s, half) == ECP_OK);
+    advance_body(w, &s, &m, 0, 0, 0.1);
+    o.load = advance_peak;
+    o.tolerance = ECP_R(1e-3);
+    o.longest_step = ECP_R(0.1);
+    CHECK(ecp_advance(w, 5, &o, &r) == ECP_OK && r.macro_steps >= 50);
+    for (k = 0; k < 500000; k++) {
+        double f = 0.3 * 9.8 * 1.0625 * sin(3 * ((double)k + 0.5) * dt), held = 0.3 * 9.8, next;
+        if (!(v < 0) && !(v > 0)) {
+            if (fabs(f) <= held) continue;
+            v = (f > 0 ? f - held : f + held) * dt;
+            continue;
+        }
+        next = v + (v > 0 ? f - held : f + held) * dt;
+        if (next * v < 0) next = 0;
+        x += (v + next) / 2 * dt;
+        v = next;
+    }
+    CHECK(x > 4e-3);
+    CHECK_NEAR(ecp_i_bodies(w)[1].x[0], x, 0.05 * x);
+    free(w);
+}
+
 static void advance_nobody(void)
 {
     ecp_advance_options o = ecp_advance_options_default();
@@ -167,6 +212,14 @@ static void advance_refuses(void)
     o = ecp_advance_options_default();
     o.macro_step = -1;
     CHECK(ecp_advance(w, 1, &o, NULL) == ECP_BAD_OPTION);
+    o.macro_step = 0;
+    o.longest_step = -1;
+    CHECK(ecp_advance(w, 1, &o, NULL) == ECP_BAD_OPTION);
+    o.longest_step = nan;
+    CHECK(ecp_advance(w, 1, &o, NULL) == ECP_NOT_FINITE);
+    o.longest_step = ECP_R(1e-30);
+    CHECK(ecp_advance(w, 1, &o, NULL) == ECP_BAD_STEP);
+    o.longest_step = 0;
     o.macro_step = ECP_R(1e-30); /* nothing, beside a second */
     CHECK(ecp_advance(w, 1, &o, NULL) == ECP_BAD_STEP);
     o.macro_step = ECP_R(0.1);
@@ -656,6 +709,7 @@ static void test_advance_section(void)
     advance_spin();
     advance_table();
     advance_loads();
+    advance_peaks();
     advance_driven();
     advance_free_rotation();
     advance_order();

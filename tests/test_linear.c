@@ -584,7 +584,8 @@ static void linear_check_schur(const linear_block *k, int pivots)
                 sum += l * (double)k->A[r * k->ld + j];
                 size += fabs(l * (double)k->A[r * k->ld + j]);
             }
-            CHECK_NEAR(sum, (double)k->before[row * k->ld + k->col_order[j]], linear_eps(64) * (1 + size));
+            CHECK_NEAR(sum, (double)k->before[row * k->ld + k->col_order[j]],
+                       linear_eps(64) * (1 + size));
         }
     }
     /* beyond the columns nothing is touched */

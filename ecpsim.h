@@ -781,8 +781,9 @@ typedef struct ecp_report {
                              are counted nowhere else, their patches are */
     int patches_kept; /* pairs of primitives in the problem, or asleep */
     int patches_left_out; /* all others (filters aside, at most INT_MAX): they cannot touch within the step */
-    int islands;         /* groups of bodies that touch, each solved by itself */
-    int iterations;      /* Newton iterations, all attempts */
+    int islands;    /* groups of bodies that touch, each solved by itself */
+    int iterations; /* Newton iterations, all attempts. Where bodies meet they are repeated with
+                            the elimination they have, which `evaluations` alone counts */
     int centring_rounds; /* of the rule ECP_CENTRED */
     int centred;         /* 1: the rule reached its solution in every island that needed it */
     int evaluations;     /* residual evaluations, of an island each */

@@ -109,17 +109,17 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 50,560.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 54,600.
 
-       ECPSIM_NO_PAIRS     16,152  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     19,764  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   3,920  contacts are smooth, whatever the materials say
-       ECPSIM_NO_SLEEP      1,340  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   1,124  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     6,712  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
+       ECPSIM_NO_FRICTION   3,940  contacts are smooth, whatever the materials say
+       ECPSIM_NO_SLEEP      1,304  options.sleep = 1 is ECP_BAD_OPTION
+       ECPSIM_NO_CENTRING   1,176  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS     6,916  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
                                    nothing is said). Options that ask for others are ECP_BAD_OPTION.
-                                   3,080 if it is ECP_FALLBACK_GEOMETRIC; without
-                                   ECP_FALLBACK_SUBSTEPS 1,548 and the work memory for a second state
+                                   3,128 if it is ECP_FALLBACK_GEOMETRIC; without
+                                   ECP_FALLBACK_SUBSTEPS 1,500 and the work memory for a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
@@ -5888,7 +5888,8 @@ typedef struct ecp_i_island {
     int uncentred; /* a patch starts from a point that the rule ECP_CENTRED did not choose, */
     int in_vain;   /* or could not find */
     int still;     /* nothing moved in the start */
-    int loose;     /* in float: normals are held to the tolerance only (ecp_i_geometry_error) */
+    int loose;     /* in float: normals are held to the tolerance only (ecp_i_geometry_error), and
+                      momentum to the noise of gaps, whatever the loads */
     size_t begin, blocks_at; /* where the memory of a Newton step begins, and that of its blocks */
     ecp_i_tree tree;
 } ecp_i_island;
@@ -6009,9 +6010,9 @@ static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax,
         const ecp_i_motion *m = ecp_i_mover(s, i);
         ecp_real unit = m->mass * m->speed, noise = ECP_I_PAIRS ? m->noise / m->speed : ECP_R(0);
         if (noise > 0) {
-            /* but what the loads do in the step is told from nothing: it adds up */
+            /* but what the loads do in the step is told from nothing, if it can be: it adds up */
             ecp_real moved = ecp_i_norm(m->free) / m->speed;
-            if (moved > 0) noise = ecp_i_min(noise, moved / 64);
+            if (moved > 0 && !s->loose) noise = ecp_i_min(noise, moved / 64);
         }
         for (k = 0; k < 2; k++) {
             ecp_real scale = k ? unit * m->length : unit, *row = F + 6 * i + 3 * k;

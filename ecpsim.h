@@ -4975,16 +4975,54 @@ static void ecp_i_block_eliminate(ecp_i_pair *c)
     }
 }
 
+/* Of the step dy of a pair, the multipliers of g that were eliminated at once: they follow the way of b. */
+static void ecp_i_recover_slack(const ecp_i_pair *c, const ecp_real *dv_a, const ecp_real *dv_b,
+                                ecp_real h, ecp_real *dy)
+{
+    const ecp_i_side_b *b = c->on_b;
+    ecp_real *dm = dy + ecp_i_at_m(c), db[3], cone[3];
+    ecp_i_change t;
+    int i, k, follows = 0;
+    for (i = 0, k = 0; i < c->nm; i++) {
+        if (k < c->km && b->active_b[k] == i) {
+            k++;
+            continue;
+        }
+        dm[i] = b->fixed_b[i];
+        if (b->slope_b[i] > 0) follows = 1;
+    }
+    /* those that are off, as most are, do not */
+    if (!follows) return;
+    ecp_i_set3(0, 0, 0, cone);
+    for (i = 0, k = 0; i < c->nl; i++) {
+        int kept = k < c->kl && c->active_a[k] == i;
+        ecp_i_axpy(cone, kept ? dy[3 + i] : c->fixed_a[i], c->ga + 3 * i, cone);
+        k += kept;
+    }
+    ECPSIM_MEMSET(&t, 0, sizeof t);
+    ecp_i_change_ecp(c, dy, &t);
+    ecp_i_change_cone(c, cone, &t);
+    if (ecp_i_moves_a(c)) ecp_i_change_motion(c, c->ma, h, dv_a, &t);
+    if (ecp_i_moves_b(c)) ecp_i_change_motion(c, c->mb, h, dv_b, &t);
+    t.d = h * c->V * dy[ecp_i_at_d(c)];
+    ecp_i_change_of_b(c, &t, db);
+    for (i = 0, k = 0; i < c->nm; i++) {
+        if (k < c->km && b->active_b[k] == i)
+            k++;
+        else
+            dm[i] += b->slope_b[i] * ecp_i_dot(b->gb + 3 * i, db);
+    }
+}
+
 /* From the velocity changes dv (of A and B, scaled) and the values `left` of the unknowns passed on:
    the step dy of all the patch's unknowns. They take the place of the right-hand side. */
 static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real *dv_a,
                                 const ecp_real *dv_b, const ecp_real *left, ecp_real h,
                                 int centring, ecp_real *dy)
 {
-    ecp_real *x = c->block + c->columns - 1, db[3], target_a[3], target_p[4], cone[3];
+    ecp_real *x = c->block + c->columns - 1, target_a[3], target_p[4];
     const ecp_real *v;
-    ecp_i_change t;
-    int i, j, k, ld = c->columns, n = c->ny, side, column, kept;
+    int i, j, k, ld = c->columns, n = c->ny, side, column;
     /* solved in the order of the columns, then put where they belong */
     for (k = n - 1; k >= 0; k--) {
         const ecp_real *row = c->block + ld * k;
@@ -5030,38 +5068,7 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
             dy[3 + i] = c->fixed_a[i] + c->slope_a[i] * ecp_i_dot(c->ga + 3 * i, dy);
         }
     }
-    if (ecp_i_on_plane(c)) return;
-    /* of a multiplier that is off, as most are, none of this changes anything */
-    for (i = 0, k = 0, kept = 1; i < c->nm; i++) {
-        if (k < c->km && c->on_b->active_b[k] == i) {
-            k++;
-            continue;
-        }
-        dy[ecp_i_at_m(c) + i] = c->on_b->fixed_b[i];
-        if (c->on_b->slope_b[i] > 0) kept = 0;
-    }
-    if (kept) return;
-    ECPSIM_MEMSET(&t, 0, sizeof t);
-    ecp_i_set3(0, 0, 0, cone);
-    for (i = 0, k = 0; i < c->nl; i++) {
-        kept = k < c->kl && c->active_a[k] == i;
-        ecp_i_axpy(cone, kept ? dy[3 + i] : c->fixed_a[i], c->ga + 3 * i, cone);
-        k += kept;
-    }
-    ecp_i_change_ecp(c, dy, &t);
-    ecp_i_change_cone(c, cone, &t);
-    if (ecp_i_moves_a(c)) ecp_i_change_motion(c, c->ma, h, dv_a, &t);
-    if (ecp_i_moves_b(c)) ecp_i_change_motion(c, c->mb, h, dv_b, &t);
-    t.d = h * c->V * dy[ecp_i_at_d(c)];
-    ecp_i_change_of_b(c, &t, db);
-    for (i = 0, k = 0; i < c->nm; i++) {
-        if (k < c->km && c->on_b->active_b[k] == i) {
-            k++;
-        } else {
-            dy[ecp_i_at_m(c) + i] =
-                c->on_b->fixed_b[i] + c->on_b->slope_b[i] * ecp_i_dot(c->on_b->gb + 3 * i, db);
-        }
-    }
+    if (!ecp_i_on_plane(c)) ecp_i_recover_slack(c, dv_a, dv_b, h, dy);
 }
 
 /* The multipliers that were eliminated at once, for another point: their slopes stay as they are. 0 if one

@@ -5074,7 +5074,7 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
 /* The multipliers that were eliminated at once, for another point: their slopes stay as they are. 0 if one
    is to be kept now. */
 static int ecp_i_condense_again(int count, const ecp_real *l, const ecp_real *f, ecp_real L,
-                                int kept, const int *active, ecp_real *fixed)
+                                ecp_real tau, int kept, const int *active, ecp_real *fixed)
 {
     int i, k = 0;
     for (i = 0; i < count; i++) {
@@ -5083,7 +5083,7 @@ static int ecp_i_condense_again(int count, const ecp_real *l, const ecp_real *f,
             k++;
             continue;
         }
-        F = ecp_i_fb(l[i], -f[i] / L, 0, &da, &db);
+        F = ecp_i_fb(l[i], -f[i] / L, tau, &da, &db);
         if (da < db) return 0;
         fixed[i] = -F / da;
     }
@@ -5095,14 +5095,16 @@ static int ecp_i_condense_again(int count, const ecp_real *l, const ecp_real *f,
 static int ecp_i_block_again(ecp_i_pair *c, const ecp_real *y, const ecp_real *F, ecp_real h,
                              ecp_real floor, ecp_real *own)
 {
+    const ecp_i_side_b *b = c->on_b;
     ecp_i_slopes slopes;
     ecp_real *rhs = c->block + c->columns - 1;
     int i, k, ld = c->columns;
-    if (!ecp_i_condense_again(c->nl, y + 3, c->fa, c->L, c->kl, c->active_a, c->fixed_a)) return 0;
-    if (!ecp_i_on_plane(c) && !ecp_i_condense_again(c->nm, y + ecp_i_at_m(c), c->on_b->fb, c->L,
-                                                    c->km, c->on_b->active_b, c->on_b->fixed_b)) {
+    if (!ecp_i_condense_again(c->nl, y + 3, c->fa, c->L, ecp_i_relax(c), c->kl, c->active_a,
+                              c->fixed_a))
         return 0;
-    }
+    if (!ecp_i_on_plane(c) && !ecp_i_condense_again(c->nm, y + ecp_i_at_m(c), b->fb, c->L,
+                                                    ecp_i_relax(c), c->km, b->active_b, b->fixed_b))
+        return 0;
     for (i = 0; i < ld - 1; i++) rhs[ld * i] = 0;
     ecp_i_pair_slopes(c, h, 0, &slopes);
     ecp_i_block_rhs(c, &slopes, y, F, h, 0, floor);

@@ -598,7 +598,7 @@ typedef struct ecp_world_desc {
    more, each is taken to have 12 neighbours when it is eliminated. A step that needs more returns
    ECP_CAPACITY with the bytes of the whole block that would do, an upper bound, in
    ecp_report.value, and those that there are in ecp_report.limit. solver_bytes must grow by the
-   difference; if it was 0, it is this plus what ecp_world_memsize() gives less what it gives with
+   difference; where it was 0 it stood for what ecp_world_memsize() gives, less what it gives with
    solver_bytes = 8. What it took then is in ecp_report.memory_used. */
 ECP_DEF ecp_world_desc ecp_world_desc_default(void);
 
@@ -776,12 +776,13 @@ ECP_DEF ecp_options ecp_options_default(void);
 /* What a step did. */
 typedef struct ecp_report {
     ecp_status status;
-    int unknowns;     /* scalar unknowns of the step's problem, all islands */
-    int asleep;       /* dynamic bodies that the step left out because they sleep; their islands
+    int unknowns;         /* scalar unknowns of the step's problem, all islands */
+    int asleep;           /* dynamic bodies that the step left out because they sleep; their islands
                              are counted nowhere else, their patches are */
-    int patches_kept; /* pairs of primitives in the problem, or asleep */
-    int patches_left_out; /* all others (filters aside, at most INT_MAX): they cannot touch within the step */
-    int islands;    /* groups of bodies that touch, each solved by itself */
+    int patches_kept;     /* pairs of primitives in the problem, or asleep */
+    int patches_left_out; /* all others (filters aside; INT_MAX of more): they cannot touch within
+                             the step */
+    int islands;          /* groups of bodies that touch, each solved by itself */
     int iterations; /* Newton iterations, all attempts. Where bodies meet they are repeated with
                             the elimination they have, which `evaluations` alone counts */
     int centring_rounds; /* of the rule ECP_CENTRED */
@@ -5308,6 +5309,10 @@ static int ecp_i_passed(const ecp_i_front *f) { return ECP_I_PAIRS ? f->left_b :
 static int ecp_i_passed_open(const ecp_i_front *f) { return ECP_I_PAIRS ? f->open : 0; }
 static int ecp_i_front_body(const ecp_i_front *f) { return ECP_I_PAIRS ? f->body : 0; }
 
+/* In ecp_i_front.tau the factors of R, of momentum, of G and of what is passed on begin so far apart. A front
+   that stands alone needs one at a time. */
+#define ECP_I_TAU (ECP_I_PAIRS ? 6 : 0)
+
 /* rows that are there to be passed on: of momentum that is left over, and of open velocities */
 #define ECP_I_ROWS_FOR_PARENT (ECP_I_PAIRS ? 6 : 0)
 
@@ -5458,7 +5463,7 @@ static void ecp_i_front_pass(const ecp_i_tree *t, ecp_i_front *f, int left)
 {
     int n = ecp_i_width(f), ld = 7 + n, ldb = 6 + n, *piv = t->ints, i, j;
     ecp_real *C = f->C + ld * f->rank_c + 6, *B = f->Bt + ldb * f->rank_b + 6, *to = f->pass;
-    ecp_real *tau = f->tau + 18, acts = f->rank_b > 0 ? ecp_i_abs(f->Bt[0]) : ECP_R(0);
+    ecp_real *tau = f->tau + 3 * ECP_I_TAU, acts = f->rank_b > 0 ? ecp_i_abs(f->Bt[0]) : ECP_R(0);
     f->left_c = ecp_i_qr(left, n, n + 1, C, ld, tau, piv, t->same, t->same);
     for (i = 0; i < f->left_c; i++, to += n + 1) {
         for (j = 0; j < n; j++) to[piv[j]] = j >= i ? C[ld * i + j] : ECP_R(0);
@@ -5586,7 +5591,7 @@ static int ecp_i_front_carve(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fron
     f->Bt = ecp_i_take_reals(arena, f->forces + ECP_I_ROWS_FOR_PARENT, 6 + n);
     f->tau_b = ecp_i_take_reals(arena, 6, 1);
     f->tau_l = ecp_i_take_reals(arena, n, 1);
-    if (ECP_I_PAIRS) f->tau = ecp_i_take_reals(arena, 18 + n, 1);
+    if (ECP_I_PAIRS) f->tau = ecp_i_take_reals(arena, 3 * ECP_I_TAU + n, 1);
     f->x = ecp_i_take_reals(arena, f->forces + ECP_I_ROWS_FOR_PARENT, 1);
     f->C = ecp_i_take_stack(arena, f->constraints + ECP_I_ROWS_FOR_PARENT, ld);
     if (!ECP_I_PAIRS) f->R = f->C; /* nobody takes the stack from a front that stands alone */
@@ -5648,18 +5653,15 @@ static void ecp_i_front_settle(ecp_i_arena *arena, ecp_i_front *f)
     f->pass = to;
 }
 
-/* the place of one factorisation's factors among others in ecp_i_front.tau */
-#define ECP_I_TAU (ECP_I_PAIRS ? 6 : 0)
-
 /* Eliminates one body. m: its inertia, b: the right-hand side of its momentum rows. */
 static int ecp_i_front_factor(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_front *f,
                               const ecp_i_motion *m, const ecp_real *b)
 {
     const ecp_i_pair *c;
-    ecp_real tau[6], unit = m->mass * m->length * m->length;
+    ecp_real alone[6], *tau = alone, unit = m->mass * m->length * m->length;
     int i, j, n = ecp_i_width(f), ld = 7 + n, constraints = 0, forces = 0, left;
     if (!ecp_i_front_carve(t, arena, f)) return 0;
-    if (!ECP_I_PAIRS) f->tau = tau; /* nobody asks for it again */
+    if (ECP_I_PAIRS) tau = f->tau;
     for (i = 0; i < 3; i++) {
         f->M[ld * i + i] = 1;
         for (j = 0; j < 3; j++) f->M[ld * (3 + i) + 3 + j] = m->inertia[3 * i + j] / unit;
@@ -5676,10 +5678,10 @@ static int ecp_i_front_factor(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fro
         constraints += child->left_c;
         forces += child->left_b;
     }
-    ecp_i_front_constrain(t, f, f->tau);
+    ecp_i_front_constrain(t, f, tau);
     ecp_i_front_balance(f);
-    left = ecp_i_front_momentum(f, f->tau + ECP_I_TAU);
-    if (f->open > 0) ecp_i_front_open(arena, f, f->tau + 2 * ECP_I_TAU);
+    left = ecp_i_front_momentum(f, tau + ECP_I_TAU);
+    if (f->open > 0) ecp_i_front_open(arena, f, tau + 2 * ECP_I_TAU);
     if (arena->overflow) return 0;
     if (!ECP_I_PAIRS) {
         ecp_i_release(arena, arena->used, f->level);
@@ -5817,7 +5819,7 @@ static void ecp_i_front_again(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fro
     }
     for (i = 0; i < f->rank_b; i++) f->W[ld * i + ld - 1] = w[i];
     for (; i < 6; i++) w[i] -= ecp_i_row_value(f->rank_c, f->W + ld * i, known);
-    ecp_i_solve_qr(rows, f->rank_m, S, ld, f->tau + 6, w + f->rank_b);
+    ecp_i_solve_qr(rows, f->rank_m, S, ld, f->tau + ECP_I_TAU, w + f->rank_b);
     for (i = 0; i < f->rank_m; i++) {
         known[f->rank_c + i] = w[f->rank_b + i];
         S[ld * i + ld - 1 - f->rank_c] = w[f->rank_b + i];
@@ -5837,10 +5839,10 @@ static void ecp_i_front_again(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fro
         for (i = 0; i < f->rank_b; i++) {
             w[i] = (w[i] - ecp_i_row_value(6, f->W + ld * i, v)) / f->Bt[ldb * i + i];
         }
-        ecp_i_solve_qr(f->rank_b, f->rank_g, f->G, ldg, f->tau + 12, w);
+        ecp_i_solve_qr(f->rank_b, f->rank_g, f->G, ldg, f->tau + 2 * ECP_I_TAU, w);
         for (i = 0; i < f->rank_g; i++) known[fixed + i] = f->G[ldg * i + ldg - 1] = w[i];
     }
-    ecp_qr_apply_qt(left, f->left_c, passed, f->left_c, f->tau + 18, rest + f->rank_c);
+    ecp_qr_apply_qt(left, f->left_c, passed, f->left_c, f->tau + 3 * ECP_I_TAU, rest + f->rank_c);
     f->pass = f->kept + f->constraints * f->rank_c + 6 * n + left * f->left_c;
     for (i = 0; i < f->left_c; i++) f->pass[i] = rest[f->rank_c + i];
     for (j = 0; j < n; j++) f->pass[i++] = m[6 + j] - ecp_i_row_value(6, momentum + 6 * j, known);
@@ -6514,14 +6516,15 @@ static void ecp_i_better_start(const ecp_i_problem *p, ecp_real *z, ecp_i_effort
     ecp_i_evaluate(p, z, 0, effort);
 }
 
-/* Most steps with the derivative of the last one. */
+/* how many steps at most repeat one with its derivative, and by what the first of them must be expected to lower the
+   residual: it costs a quarter of a Newton step */
 #define ECP_I_REPEATS 6
 #define ECP_I_REPEAT_RATIO ECP_R(0.25)
 
-/* After a whole Newton step that has lowered what is left from `before`: where it goes on as it should, by steps with
-   the same derivative, as many as it takes to come down to rounding. The error of such a step is that of a Newton
-   step times what the iterates have moved since the derivative was taken, so it lowers the residual by twice the
-   ratio by which the last one has. One that does less by far is taken back, and Newton goes on. */
+/* After a whole Newton step that has lowered what is left from `before`: another one with the same derivative, and
+   more of them where four would come down to rounding. The error of such a step is what it moves times what the
+   iterates have moved since the derivative was taken, so it lowers the residual by twice the ratio by which the Newton
+   step has. One that does not halve it is taken back, and Newton goes on. */
 static void ecp_i_repeat(const ecp_i_problem *p, ecp_real before, ecp_real tolerance,
                          ecp_real relax, ecp_real *z, ecp_i_search *s, ecp_i_effort *effort)
 {

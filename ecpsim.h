@@ -5165,6 +5165,7 @@ typedef struct ecp_i_tree {
 typedef struct ecp_i_graph {
     ecp_real *mass;
     int *degree, *rank;  /* rank: when it is eliminated, or -1 */
+    int *held;           /* patches with bodies that are not in the island */
     ecp_i_front *fronts; /* in the order of elimination */
     unsigned *bits;
 } ecp_i_graph;
@@ -5237,7 +5238,20 @@ static void ecp_i_graph_eliminate(ecp_i_arena *arena, int n, ecp_i_graph *g, int
     }
 }
 
-/* Minimum degree (the lowest index of several); a front's parent is the first of its others. */
+/* Is body i to be eliminated before `best` (-1: none yet)? It has fewer neighbours, or as many and fewer
+   patches that hold it: what is held last passes the least on to the others. */
+static int ecp_i_goes_first(const ecp_i_graph *g, int n, int i, int best)
+{
+    if (g->rank[i] >= 0) return 0;
+    if (best >= 0) {
+        if (g->degree[i] > g->degree[best]) return 0;
+        if (g->degree[i] == g->degree[best] && g->held[i] >= g->held[best]) return 0;
+    }
+    return !ecp_i_has_lighter(g, n, i);
+}
+
+/* Minimum degree; of several bodies a neighbour of the last one, so that chains are followed, or the lowest
+   index. A front's parent is the first of its others. */
 static void ecp_i_minimum_degree(ecp_i_arena *arena, int n, ecp_i_graph *g)
 {
     int words = (n + ECP_I_WORD - 1) / ECP_I_WORD, i, j, k,
@@ -5246,21 +5260,21 @@ static void ecp_i_minimum_degree(ecp_i_arena *arena, int n, ecp_i_graph *g)
         g->degree[i] = ecp_i_count_bits(g->bits + words * i, words);
         g->rank[i] = -1;
     }
-    for (k = 0; k < n; k++) {
+    for (k = 0; k < n && !arena->overflow; k++) {
         int best = -1, lowest = n;
-        for (i = 0; i < n && !(best >= 0 && g->degree[best] <= least); i++) {
-            if (g->rank[i] >= 0) continue;
-            if (g->degree[i] < lowest) lowest = g->degree[i];
-            if (best >= 0 && g->degree[i] >= g->degree[best]) continue;
-            if (!ecp_i_has_lighter(g, n, i)) best = i;
+        const ecp_i_front *last = g->fronts + (k > 0 ? k - 1 : 0); /* of width 0 as yet */
+        for (i = 0; i < last->width / 6; i++) {
+            j = last->others[i];
+            /* only neighbours can have come below it */
+            if (g->degree[j] < least) least = g->degree[j];
+            if (ecp_i_goes_first(g, n, j, best)) best = j;
+        }
+        for (i = 0; i < n && !(best >= 0 && g->degree[best] <= least && g->held[best] == 0); i++) {
+            if (g->rank[i] < 0 && g->degree[i] < lowest) lowest = g->degree[i];
+            if (ecp_i_goes_first(g, n, i, best)) best = i;
         }
         if (i == n) least = lowest;
         ecp_i_graph_eliminate(arena, n, g, best, k);
-        /* only neighbours can have come below it */
-        for (i = 0; i < g->fronts[k].width / 6 && !arena->overflow; i++) {
-            j = g->fronts[k].others[i];
-            if (g->degree[j] < least) least = g->degree[j];
-        }
     }
     for (k = 0; k < n && !arena->overflow; k++) {
         ecp_i_front *f = g->fronts + k;
@@ -6064,6 +6078,7 @@ static void ecp_i_carve_tree(ecp_i_arena *arena, int n, ecp_i_tree *t, ecp_i_gra
     g->mass = ecp_i_take_reals(arena, n, 1);
     g->degree = ecp_i_take_ints(arena, n);
     g->rank = ecp_i_take_ints(arena, n);
+    g->held = ecp_i_take_ints(arena, n);
     g->fronts = (ecp_i_front *)ecp_i_take(arena, (size_t)n, sizeof(ecp_i_front));
     g->bits = (unsigned *)ecp_i_take(arena, (size_t)n * (size_t)words, sizeof(unsigned));
 }
@@ -6089,10 +6104,16 @@ static void ecp_i_tree_plan(ecp_i_island *s)
     }
     ECPSIM_MEMSET(g.bits, 0, (size_t)(n * words) * sizeof(unsigned));
     ECPSIM_MEMSET(g.fronts, 0, (size_t)n * sizeof(ecp_i_front));
-    for (i = 0; i < n; i++) g.mass[i] = ecp_i_mover(s, i)->mass;
+    for (i = 0; i < n; i++) {
+        g.mass[i] = ecp_i_mover(s, i)->mass;
+        g.held[i] = 0;
+    }
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs[i];
-        if (!ecp_i_moves_a(c) || !ecp_i_moves_b(c)) continue;
+        if (!ecp_i_moves_a(c) || !ecp_i_moves_b(c)) {
+            g.held[(ecp_i_moves_a(c) ? c->ma : c->mb)->at / 6]++;
+            continue;
+        }
         ecp_i_set_bit(g.bits + words * (c->ma->at / 6), c->mb->at / 6, 1);
         ecp_i_set_bit(g.bits + words * (c->mb->at / 6), c->ma->at / 6, 1);
     }

@@ -24,6 +24,7 @@ enum {
 typedef struct elimination_graph {
     int n;
     double mass[ELIMINATION_BODIES];
+    int held[ELIMINATION_BODIES]; /* patches with what does not move */
     unsigned char edge[ELIMINATION_BODIES][ELIMINATION_BODIES];
 } elimination_graph;
 
@@ -66,6 +67,16 @@ static int elimination_degree(const elimination_graph *g, int i)
     return count;
 }
 
+/* is body i to come before j, both ready? after `last`, whose neighbours are followed (-1: none) */
+static int elimination_before(const elimination_graph *g, const unsigned char *last, int i, int j)
+{
+    int degree = elimination_degree(g, i) - elimination_degree(g, j);
+    if (degree != 0) return degree < 0;
+    if (g->held[i] != g->held[j]) return g->held[i] < g->held[j];
+    if (last[i] != last[j]) return last[i];
+    return i < j;
+}
+
 /* may it be eliminated before its neighbours, or is one of them much lighter? */
 static int elimination_ready(const elimination_graph *g, int i)
 {
@@ -101,10 +112,12 @@ static void elimination_check_order(const elimination_graph *wanted, elimination
     ecp_i_graph g;
     int n = wanted->n, words = (n + ECP_I_WORD - 1) / ECP_I_WORD, i, j, k;
     int seen[ELIMINATION_BODIES] = {0};
+    unsigned char last[ELIMINATION_BODIES] = {0};
     memset(p->memory, 0, sizeof p->memory);
     ecp_i_carve_tree(&arena, n, &p->tree, &g);
     for (i = 0; i < n; i++) {
         g.mass[i] = (ecp_real)wanted->mass[i];
+        g.held[i] = wanted->held[i];
         for (j = 0; j < n; j++) ecp_i_set_bit(g.bits + words * i, j, wanted->edge[i][j]);
     }
     ecp_i_minimum_degree(&arena, n, &g);
@@ -115,8 +128,7 @@ static void elimination_check_order(const elimination_graph *wanted, elimination
         int best = -1, degree;
         for (i = 0; i < n; i++) {
             if (seen[i] || !elimination_ready(&left, i)) continue;
-            if (best < 0 || elimination_degree(&left, i) < elimination_degree(&left, best))
-                best = i;
+            if (best < 0 || elimination_before(&left, last, i, best)) best = i;
         }
         CHECK(f->body == best);
         seen[best]++;
@@ -124,6 +136,7 @@ static void elimination_check_order(const elimination_graph *wanted, elimination
         CHECK(f->width == 6 * degree);
         for (i = 0; i < degree; i++) CHECK(left.edge[best][f->others[i]]);
         for (i = 1; i < degree; i++) CHECK(f->others[i - 1] < f->others[i]);
+        memcpy(last, left.edge[best], sizeof last);
         elimination_remove(&left, best);
         if (f->width > p->widest) p->widest = f->width;
         p->fill += f->width * f->width;
@@ -180,6 +193,10 @@ static void elimination_test_order(void)
         elimination_check_order(&g, &p);
         elimination_check_tree(n, &p);
         CHECK(p.fill == 36 * (n - 1) && p.fill <= elimination_natural_fill(g));
+        g.held[0] = 1; /* a stack: from the top down */
+        elimination_check_order(&g, &p);
+        elimination_check_tree(n, &p);
+        for (i = 0; i < n; i++) CHECK(p.tree.fronts[i].body == n - 1 - i);
         elimination_clear(&g, n); /* numbered from both ends: naturally the last ones are wide */
         for (i = 2; i < n; i++) elimination_join(&g, i - 2, i);
         if (n > 1) elimination_join(&g, n - 2, n - 1);
@@ -220,6 +237,7 @@ static void elimination_test_order(void)
         for (i = 0; round % 3 == 2 && i < 2 * n; i++) {
             elimination_join(&g, elimination_pick(n), elimination_pick(n));
         }
+        for (i = 0; round % 4 > 1 && i < n; i++) g.held[i] = i * i % 3;
         for (i = 0; heavy && i < n; i++) g.mass[i] = pow(10, 4 * test_random());
         elimination_check_order(&g, &p);
         elimination_check_tree(n, &p);

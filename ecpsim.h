@@ -4452,7 +4452,8 @@ static int ecp_i_pair_column(const ecp_i_pair *c, const ecp_i_change *t, ecp_rea
    of the radius by p_n */
 typedef struct ecp_i_slopes {
     ecp_real p, d, rest, outer, radius;
-    ecp_real on_a, on_b; /* momentum of A and B in their units, for an impulse on A */
+    ecp_real on, on_a,
+        on_b; /* momentum for an impulse on A: of the row that A and B share, and in their units */
     ecp_i_projection cone;
 } ecp_i_slopes;
 
@@ -4467,6 +4468,8 @@ static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_real kink, ec
     }
     if (ecp_i_moves_a(c)) s->on_a = -1 / (c->ma->mass * c->ma->speed);
     if (ecp_i_moves_b(c)) s->on_b = 1 / (c->mb->mass * c->mb->speed);
+    if (ECP_I_PAIRS) s->on = ecp_i_moves_a(c) ? s->on_a : s->on_b;
+    if (ecp_i_moves_a(c) && ecp_i_moves_b(c)) s->on = ecp_i_min(s->on_a, -s->on_b);
     s->rest = 0;
     if (ecp_i_nf(c) == 0) return;
     ecp_i_cone_project(c, ecp_i_rho(c), &s->cone);
@@ -4503,8 +4506,8 @@ static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_slopes *s, co
     }
 }
 
-/* momentum rows of one body, in units of m vs and m vs L; scale: 1 over the former, negative on A */
-static void ecp_i_wrench_column(const ecp_i_pair *c, const ecp_i_motion *m, ecp_real scale,
+/* the rows of one body's angular momentum, in units of m vs L; scale: 1 / (m vs), negative on A */
+static void ecp_i_moment_column(const ecp_i_pair *c, const ecp_i_motion *m, ecp_real scale,
                                 const ecp_real r[3], const ecp_real dr[3], const ecp_real dF[3],
                                 const ecp_real twist[3], ecp_real *column)
 {
@@ -4514,9 +4517,8 @@ static void ecp_i_wrench_column(const ecp_i_pair *c, const ecp_i_motion *m, ecp_
     ecp_i_cross(dr, c->force, moment);
     ecp_i_axpy(moment, 1, twist, moment);
     if (pushes) ecp_i_add_cross(r, dF, moment);
-    for (k = 0; pushes && k < 3; k++) column[ld * k] = scale * dF[k];
     scale /= m->length;
-    for (k = 0; k < 3; k++) column[ld * (3 + k)] = scale * moment[k];
+    for (k = 0; k < 3; k++) column[ld * k] = scale * moment[k];
 }
 
 /* One column of the patch's block, zero before: how its rows, and the bodies' momentum rows below
@@ -4577,12 +4579,18 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i
         if (pushes) ecp_i_scale(c->e[2] * c->P * t->p[3], c->N, twist);
         if (turns) ecp_i_axpy(twist, ecp_i_torsion(c), dN, twist);
     }
-    if (ecp_i_moves_a(c)) {
-        ecp_i_wrench_column(c, c->ma, s->on_a, c->ra, t->ra, dF, twist, column + ld * row);
-        row += 6;
+    column += ld * row;
+    for (k = 0; (pushes || turns) && k < 3; k++) {
+        column[ld * k] = (ECP_I_PAIRS ? s->on : s->on_a) * dF[k];
     }
-    if (ecp_i_moves_b(c))
-        ecp_i_wrench_column(c, c->mb, s->on_b, c->rb, t->rb, dF, twist, column + ld * row);
+    column += 3 * ld;
+    if (ecp_i_moves_a(c)) {
+        ecp_i_moment_column(c, c->ma, s->on_a, c->ra, t->ra, dF, twist, column);
+        column += 3 * ld;
+    }
+    if (ecp_i_moves_b(c)) {
+        ecp_i_moment_column(c, c->mb, s->on_b, c->rb, t->rb, dF, twist, column);
+    }
 }
 
 /* Multipliers whose row is steeper in l than in the constraint, dF = da dl + db ds with da >= db,
@@ -4645,6 +4653,8 @@ static void ecp_i_hessian(const ecp_shape *s, const ecp_real x[3], const ecp_rea
 
        [ own rows     x own unknowns | velocities of A and B | right-hand side ]
        [ momentum rows of A and B                                              ]
+
+   (the linear ones of the two at the same places, see ecp_i_seat).
 
    What cannot be pivoted there (the tangential place of an ECP on a face, impulses of a closed
    contact: the block is singular in ordinary states) is passed on to the bodies' front, where the
@@ -4766,6 +4776,47 @@ static void ecp_i_change_motion(const ecp_i_pair *c, const ecp_i_motion *m, ecp_
     }
 }
 
+/* Where a velocity and a momentum of the bodies of a patch stand in its block. The linear ones of two bodies have
+   one place: a patch sees only how A moves relative to B, and pushes both alike. There are the
+   velocities of A less those of B, and the momentum that A gets, in units of the lighter body. */
+typedef struct ecp_i_seat {
+    int at, of;           /* row and column of the block; which of all velocities that is */
+    ecp_real sees, takes; /* the column is that of this velocity times the first, the row of this
+                             momentum is that of the block times the second */
+} ecp_i_seat;
+
+/* how many velocities and momenta a block has */
+static int ecp_i_seats(const ecp_i_pair *c)
+{
+    return 3 + 3 * (ecp_i_moves_a(c) + ecp_i_moves_b(c));
+}
+
+/* that of velocity i of A (side 0) or B, which has this number */
+static ecp_i_seat ecp_i_seat_of(const ecp_i_pair *c, int side, int i, int number)
+{
+    ecp_i_seat s;
+    s.at = c->ny + i;
+    s.of = number;
+    s.sees = s.takes = 1;
+    if (!ecp_i_moves_a(c) || !ecp_i_moves_b(c)) return s;
+    if (i < 3) {
+        s.sees = side ? ECP_R(-1) : ECP_R(1);
+        s.takes = s.sees * (ecp_i_min(c->ma->mass, c->mb->mass) / (side ? c->mb : c->ma)->mass);
+    } else if (side) {
+        s.at += 3;
+    }
+    return s;
+}
+
+/* All of them, those of A from number `a` on, those of B from number `b` on. Returns how many there are. */
+static int ecp_i_seat_all(const ecp_i_pair *c, int a, int b, ecp_i_seat seats[12])
+{
+    int i, count = 0;
+    for (i = 0; ecp_i_moves_a(c) && i < 6; i++) seats[count++] = ecp_i_seat_of(c, 0, i, a + i);
+    for (i = 0; ecp_i_moves_b(c) && i < 6; i++) seats[count++] = ecp_i_seat_of(c, 1, i, b + i);
+    return count;
+}
+
 /* one column for each own unknown and each velocity of a dynamic body */
 static void ecp_i_block_columns(ecp_i_pair *c, const ecp_i_slopes *s, ecp_real h)
 {
@@ -4807,15 +4858,9 @@ static void ecp_i_block_columns(ecp_i_pair *c, const ecp_i_slopes *s, ecp_real h
     }
     for (side = 0; side < ECP_I_MOVERS; side++) {
         const ecp_i_motion *m = side ? c->mb : c->ma;
-        for (i = 0; (side ? ecp_i_moves_b(c) : ecp_i_moves_a(c)) && i < 6; i++, column++) {
+        if (!(side ? ecp_i_moves_b(c) : ecp_i_moves_a(c))) continue;
+        for (i = side && ecp_i_moves_a(c) ? 3 : 0; i < 6; i++, column++) {
             ecp_real unit[6] = {0, 0, 0, 0, 0, 0};
-            if (side && ecp_i_moves_a(c) && i < 3) {
-                /* where only A is seen from B it does not matter which of the two moves */
-                for (k = 0; k < ld - 1; k++) {
-                    c->block[ld * k + column] = -c->block[ld * k + column - 6];
-                }
-                continue;
-            }
             unit[i] = 1;
             ECPSIM_MEMSET(&t, 0, sizeof t);
             ecp_i_change_motion(c, m, h, unit, &t);
@@ -4872,7 +4917,7 @@ static void ecp_i_block_condense(ecp_i_pair *c, const ecp_real *y, int centring)
                                side->fixed_b, side->slope_b, side->active_b, side->Hb);
     }
     c->ny = 4 + c->kl + ecp_i_nf(c) + (ecp_i_on_plane(c) ? 0 : 1 + c->km);
-    c->columns = c->ny + 6 * (ecp_i_moves_a(c) + ecp_i_moves_b(c)) + 1;
+    c->columns = c->ny + ecp_i_seats(c) + 1;
 }
 
 /* The right-hand side: -F, less what the eliminated multipliers and the target change. F: the patch's
@@ -5021,9 +5066,18 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
                                 const ecp_real *dv_b, const ecp_real *left, ecp_real h,
                                 int centring, ecp_real *dy)
 {
-    ecp_real *x = c->block + c->columns - 1, target_a[3], target_p[4];
-    const ecp_real *v;
-    int i, j, k, ld = c->columns, n = c->ny, side, column;
+    ecp_real *x = c->block + c->columns - 1, target_a[3], target_p[4], seen[9];
+    const ecp_real *v = dv_a;
+    int i, j, k, ld = c->columns, n = c->ny, count = 0;
+    if (ECP_I_PAIRS) {
+        int moves_a = ecp_i_moves_a(c), moves_b = ecp_i_moves_b(c);
+        v = seen;
+        for (k = 0; k < 3; k++, count++) {
+            seen[k] = (moves_a ? dv_a[k] : dv_b[k]) - (moves_a && moves_b ? dv_b[k] : ECP_R(0));
+        }
+        for (k = 3; moves_a && k < 6; k++) seen[count++] = dv_a[k];
+        for (k = 3; moves_b && k < 6; k++) seen[count++] = dv_b[k];
+    }
     /* solved in the order of the columns, then put where they belong */
     for (k = n - 1; k >= 0; k--) {
         const ecp_real *row = c->block + ld * k;
@@ -5034,12 +5088,7 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
         }
         sum = x[ld * k];
         for (j = k + 1; j < n; j++) sum -= row[j] * x[ld * j];
-        column = n;
-        for (side = 0; side < ECP_I_MOVERS; side++) {
-            if (!(side ? ecp_i_moves_b(c) : ecp_i_moves_a(c))) continue;
-            v = side ? dv_b : dv_a;
-            for (j = 0; j < 6; j++) sum -= row[column++] * v[j];
-        }
+        for (j = 0; j < ecp_i_seats(c); j++) sum -= row[n + j] * v[j];
         x[ld * k] = sum / row[k];
     }
     for (k = 0; k < n; k++, x += ld) {
@@ -5532,14 +5581,19 @@ static ecp_real ecp_i_constraint_size(const ecp_i_tree *t, const ecp_i_pair *c, 
     return size <= ECP_I_NO_CONSTRAINT * ecp_i_min(unit, 1) ? ECP_R(0) : size;
 }
 
-/* the momentum rows of the patch's bodies in its block, and the columns of these in the present front; -1: not
-   of a body that moves */
-static void ecp_i_patch_slots(const ecp_i_tree *t, const ecp_i_pair *c, int at[2], int slot[2])
+/* the velocities of the patch's bodies, and the columns that these have in the present front */
+static int ecp_i_patch_seats(const ecp_i_tree *t, const ecp_i_pair *c, ecp_i_seat seats[12])
 {
-    at[0] = c->ny;
-    at[1] = c->ny + (ecp_i_moves_a(c) ? 6 : 0);
-    slot[0] = !ECP_I_PAIRS ? 0 : ecp_i_moves_a(c) ? t->slot[c->ma->at / 6] : -1;
-    slot[1] = ecp_i_moves_b(c) ? t->slot[c->mb->at / 6] : -1;
+    int a = ECP_I_PAIRS && ecp_i_moves_a(c) ? t->slot[c->ma->at / 6] : 0;
+    int b = ecp_i_moves_b(c) ? t->slot[c->mb->at / 6] : 0;
+    if (!ECP_I_PAIRS) return 6;
+    return ecp_i_seat_all(c, a, b, seats);
+}
+
+/* number i of these; one body alone has no table of them */
+static ecp_i_seat ecp_i_seat_number(const ecp_i_pair *c, const ecp_i_seat *seats, int i)
+{
+    return ECP_I_PAIRS ? seats[i] : ecp_i_seat_of(c, 0, i, i);
 }
 
 /* Adds a patch's eliminated block: what is left of its own rows (constraints, their largest
@@ -5547,31 +5601,30 @@ static void ecp_i_patch_slots(const ecp_i_tree *t, const ecp_i_pair *c, int at[2
 static void ecp_i_front_patch(const ecp_i_tree *t, ecp_i_front *f, const ecp_i_pair *c,
                               int constraints, int forces)
 {
-    int i, j, side, other, ld = c->columns, left = c->ny - c->pivots, at[2], slot[2];
+    int i, j, ld = c->columns, left = c->ny - c->pivots;
     int ldc = 7 + ecp_i_width(f), ldb = 6 + ecp_i_width(f);
     const ecp_real *A = c->block;
-    ecp_i_patch_slots(t, c, at, slot);
+    ecp_i_seat seats[12];
+    int count = ecp_i_patch_seats(t, c, seats);
     for (i = 0; i < left; i++) {
         int row = c->pivots + i;
         ecp_real size = ecp_i_constraint_size(t, c, row);
         ecp_real *C = f->C + ldc * (constraints + i), *Bt = f->Bt + ldb * (forces + i);
-        for (side = 0; side < ECP_I_MOVERS; side++) {
-            for (j = 0; slot[side] >= 0 && j < 6; j++) {
-                if (size > 0) C[slot[side] + j] = A[ld * row + at[side] + j] / size;
-                Bt[slot[side] + j] = A[ld * (at[side] + j) + row] / ecp_i_force_weight(c, i);
-            }
+        for (j = 0; j < count; j++) {
+            const ecp_i_seat v = ecp_i_seat_number(c, seats, j);
+            if (size > 0) C[v.of] = v.sees * A[ld * row + v.at] / size;
+            Bt[v.of] = v.takes * A[ld * v.at + row] / ecp_i_force_weight(c, i);
         }
         C[ldc - 1] = size > 0 ? A[ld * row + ld - 1] / size : ECP_R(0);
     }
-    for (side = 0; side < ECP_I_MOVERS; side++) {
-        for (i = 0; slot[side] >= 0 && i < 6; i++) {
-            const ecp_real *row = A + ld * (at[side] + i);
-            ecp_real *M = f->M + ldc * (slot[side] + i);
-            M[ldc - 1] += row[ld - 1];
-            for (other = 0; other < ECP_I_MOVERS; other++) {
-                for (j = 0; slot[other] >= 0 && j < 6; j++)
-                    M[slot[other] + j] += row[at[other] + j];
-            }
+    for (i = 0; i < count; i++) {
+        const ecp_i_seat m = ecp_i_seat_number(c, seats, i);
+        const ecp_real *row = A + ld * m.at;
+        ecp_real *M = f->M + ldc * m.of;
+        M[ldc - 1] += m.takes * row[ld - 1];
+        for (j = 0; j < count; j++) {
+            const ecp_i_seat v = ecp_i_seat_number(c, seats, j);
+            M[v.of] += m.takes * v.sees * row[v.at];
         }
     }
 }
@@ -5778,21 +5831,19 @@ static void ecp_i_front_collect(const ecp_i_tree *t, const ecp_i_front *f, const
                                 ecp_real *rest, ecp_real *m)
 {
     const ecp_i_pair *c;
-    int i, j, side, n = ecp_i_width(f);
+    int i, j, n = ecp_i_width(f);
     ecp_i_front_slots(t, f);
     for (i = 0; i < 6 + n; i++) m[i] = i < 6 ? b[i] : ECP_R(0);
     for (c = f->pairs; c; c = c->next_here) {
         const ecp_real *rhs = c->block + c->columns - 1;
-        int at[2], slot[2];
-        ecp_i_patch_slots(t, c, at, slot);
+        ecp_i_seat seats[12];
+        int count = ecp_i_patch_seats(t, c, seats);
         for (i = c->pivots; i < c->ny; i++) {
             ecp_real size = ecp_i_constraint_size(t, c, i);
             *rest++ = size > 0 ? rhs[c->columns * i] / size : ECP_R(0);
         }
-        for (side = 0; side < 2; side++) {
-            for (i = 0; slot[side] >= 0 && i < 6; i++) {
-                m[slot[side] + i] += rhs[c->columns * (at[side] + i)];
-            }
+        for (i = 0; i < count; i++) {
+            m[seats[i].of] += seats[i].takes * rhs[c->columns * seats[i].at];
         }
     }
     for (i = f->child; i >= 0; i = t->fronts[i].next) {
@@ -6054,7 +6105,7 @@ static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax,
 /* the Newton block of a patch with this many unknowns */
 static void ecp_i_carve_block(ecp_i_arena *arena, int count, int bodies, ecp_i_pair *c)
 {
-    int rows = count + 6 * bodies;
+    int rows = count + 3 + 3 * bodies; /* see ecp_i_seats */
     ecp_real *block = ecp_i_take_reals(arena, rows, rows + 1);
     int *ints = ecp_i_take_ints(arena, (3 + ECP_I_PAIRS) * count);
     if (!ints) return;

@@ -482,7 +482,7 @@ static double elimination_error(elimination_island *e, const ecp_real *dz, doubl
 {
     static double size[ELIMINATION_UNKNOWNS], x[ELIMINATION_UNKNOWNS];
     double worst = 0, most = 0;
-    int i, j, k;
+    int i, j, k, rows;
     elimination_counted(e, dz, x);
     for (i = 0; i < e->s.unknowns; i++) most = fmax(most, fabs(x[i]));
     for (i = 0; i < e->s.unknowns; i++) out[i] = size[i] = 0;
@@ -499,15 +499,17 @@ static double elimination_error(elimination_island *e, const ecp_real *dz, doubl
         ecp_i_pair *c = e->members[k];
         ecp_i_block_condense(c, e->z + c->at, e->s.centring);
         ecp_i_block_fill(c, e->z + c->at, e->F + c->at, e->s.h, e->s.centring, 0);
-        for (i = 0; i < c->columns - 1; i++) {
-            const ecp_real *row = c->block + c->columns * i;
+        rows = equations_block_rows(c);
+        for (i = 0; i < rows; i++) {
             int at = elimination_place(c, i, 0);
-            for (j = 0; j < c->columns - 1; j++) {
-                out[at] += (double)row[j] * x[elimination_place(c, j, 1)];
-                size[at] += fabs((double)row[j]) * most;
+            double b = equations_block_entry(c, i, rows);
+            for (j = 0; j < rows; j++) {
+                double a = equations_block_entry(c, i, j);
+                out[at] += a * x[elimination_place(c, j, 1)];
+                size[at] += fabs(a) * most;
             }
-            out[at] -= (double)row[j];
-            size[at] += fabs((double)row[j]);
+            out[at] -= b;
+            size[at] += fabs(b);
         }
     }
     for (i = 0; i < e->s.unknowns; i++) {
@@ -1044,7 +1046,7 @@ static elimination_dense elimination_d;
 /* momentum, constraints, and what the step has found, from the patches' eliminated blocks */
 static void elimination_collect(elimination_island *e, elimination_dense *d)
 {
-    int i, j, k, n = d->n = 6 * e->s.body_count, column;
+    int i, j, k, n = d->n = 6 * e->s.body_count, column, rows;
     d->rows = d->m = 0;
     for (k = 0; k < e->pair_count; k++) {
         ecp_i_pair *c = e->members[k];
@@ -1064,27 +1066,27 @@ static void elimination_collect(elimination_island *e, elimination_dense *d)
     }
     for (k = 0; k < e->pair_count; k++) {
         const ecp_i_pair *c = e->members[k];
-        for (i = c->ny; i < c->columns - 1; i++) {
-            const ecp_real *row = c->block + c->columns * i;
+        rows = equations_block_rows(c);
+        for (i = c->ny; i < rows; i++) {
             double *to = d->A[elimination_place(c, i, 0)];
-            for (j = c->ny; j < c->columns - 1; j++)
-                to[elimination_place(c, j, 1)] += (double)row[j];
-            to[n + d->m] += (double)row[j];
+            for (j = c->ny; j < rows; j++)
+                to[elimination_place(c, j, 1)] += equations_block_entry(c, i, j);
+            to[n + d->m] += equations_block_entry(c, i, rows);
         }
         for (i = 0; i < c->ny - c->pivots; i++, column++) {
-            const ecp_real *row = c->block + c->columns * (c->pivots + i);
+            int row = c->pivots + i;
             double weight = c->col_tag[c->pivots + i] == ECP_I_GEOMETRY ? 100 : 1, size = 0;
-            for (j = c->ny; j < c->columns - 1; j++) {
+            for (j = c->ny; j < rows; j++) {
                 d->A[elimination_place(c, j, 0)][column] =
-                    (double)c->block[c->columns * j + c->pivots + i] / weight;
-                size = fmax(size, fabs((double)row[j]));
+                    equations_block_entry(c, j, row) / weight;
+                size = fmax(size, fabs(equations_block_entry(c, row, j)));
             }
             d->x[column - n] = weight * (double)c->left[i];
             if (!(size > 1e-9)) continue;
-            for (j = c->ny; j < c->columns - 1; j++) {
-                d->C[d->rows][elimination_place(c, j, 1)] = (double)row[j] / size;
+            for (j = c->ny; j < rows; j++) {
+                d->C[d->rows][elimination_place(c, j, 1)] = equations_block_entry(c, row, j) / size;
             }
-            d->C[d->rows++][n] = (double)row[j] / size;
+            d->C[d->rows++][n] = equations_block_entry(c, row, rows) / size;
         }
     }
 }

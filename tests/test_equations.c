@@ -403,6 +403,37 @@ static double equations_differences(equations_scene *k, ecp_real relax)
 
 /* ---- the Jacobian, before elimination, of a scene with one pair and all multipliers active */
 
+/* A patch's block with six velocities and momenta for each of its bodies. The library keeps one set of the
+   linear ones for two bodies: velocities of A less those of B, and what A gets in units of the
+   lighter body. Rows of such a block; entry i, j of it; j = rows: the right-hand side. */
+static int equations_block_rows(const ecp_i_pair *c)
+{
+    return c->ny + 6 * (c->ma->dynamic + c->mb->dynamic);
+}
+
+/* where row or column i stands in the library's block, and what that is to be multiplied by */
+static int equations_block_at(const ecp_i_pair *c, int i, int row, double *by)
+{
+    int both = c->ma->dynamic && c->mb->dynamic, k = (i - c->ny) % 6;
+    int of_b = both && i - c->ny >= 6;
+    double light = fmin((double)c->ma->mass, (double)c->mb->mass);
+    *by = 1;
+    if (i < c->ny) return i;
+    if (both && k < 3) {
+        *by = of_b ? -1 : 1;
+        if (row) *by *= light / (double)(of_b ? c->mb : c->ma)->mass;
+    }
+    return c->ny + k + (of_b && k >= 3 ? 3 : 0);
+}
+
+static double equations_block_entry(const ecp_i_pair *c, int i, int j)
+{
+    double rows, columns = 1;
+    int row = equations_block_at(c, i, 1, &rows), column = c->columns - 1;
+    if (j < equations_block_rows(c)) column = equations_block_at(c, j, 0, &columns);
+    return rows * columns * (double)c->block[c->columns * row + column];
+}
+
 /* the mass matrix, which is not in the patch's block, in units m and m L^2 */
 static double equations_mass(const equations_scene *k, int row, int column)
 {
@@ -427,7 +458,7 @@ static double equations_jacobian_error(equations_scene *k)
     ecp_i_carve_block(&k->arena, c->ny, c->ma->dynamic + c->mb->dynamic, c);
     CHECK(!k->arena.overflow);
     ecp_i_block_fill(c, k->z + c->at, k->F + c->at, k->s.h, 0, 0);
-    CHECK(c->kl == c->nl && c->km == c->nm && c->columns == n + 1);
+    CHECK(c->kl == c->nl && c->km == c->nm && equations_block_rows(c) == n);
     for (i = 0; i < c->count; i++) place[count++] = c->at + i;
     for (side = 0; side < 2; side++) {
         const ecp_i_motion *m = side ? c->mb : c->ma;
@@ -437,8 +468,7 @@ static double equations_jacobian_error(equations_scene *k)
     for (i = 0; i < n; i++) {
         double largest = 0, error = 0;
         for (j = 0; j < n; j++) {
-            double wanted = k->J[n * place[i] + place[j]],
-                   found = (double)c->block[c->columns * i + j];
+            double wanted = k->J[n * place[i] + place[j]], found = equations_block_entry(c, i, j);
             if (place[i] < 6 * k->s.body_count && place[j] < 6 * k->s.body_count) {
                 found += equations_mass(k, place[i], place[j]);
             }

@@ -4452,8 +4452,7 @@ static int ecp_i_pair_column(const ecp_i_pair *c, const ecp_i_change *t, ecp_rea
    of the radius by p_n */
 typedef struct ecp_i_slopes {
     ecp_real p, d, rest, outer, radius;
-    ecp_real on, on_a,
-        on_b; /* momentum for an impulse on A: of the row that A and B share, and in their units */
+    ecp_real on, on_a, on_b; /* momentum for an impulse on A: shared (ecp_i_seat), of A, of B */
     ecp_i_projection cone;
 } ecp_i_slopes;
 
@@ -4654,7 +4653,7 @@ static void ecp_i_hessian(const ecp_shape *s, const ecp_real x[3], const ecp_rea
        [ own rows     x own unknowns | velocities of A and B | right-hand side ]
        [ momentum rows of A and B                                              ]
 
-   (the linear ones of the two at the same places, see ecp_i_seat).
+   (of the linear ones, which A and B share, only one set: ecp_i_seat).
 
    What cannot be pivoted there (the tangential place of an ECP on a face, impulses of a closed
    contact: the block is singular in ordinary states) is passed on to the bodies' front, where the
@@ -4776,13 +4775,13 @@ static void ecp_i_change_motion(const ecp_i_pair *c, const ecp_i_motion *m, ecp_
     }
 }
 
-/* Where a velocity and a momentum of the bodies of a patch stand in its block. The linear ones of two bodies have
-   one place: a patch sees only how A moves relative to B, and pushes both alike. There are the
-   velocities of A less those of B, and the momentum that A gets, in units of the lighter body. */
+/* Where a velocity and a momentum of the bodies of a patch stand in its block. Two bodies share the places of the
+   linear ones, as a patch sees only how A moves relative to B, and pushes both alike: the columns are those
+   of A's velocities less B's, the rows the momentum that A gets, in units of the lighter body. */
 typedef struct ecp_i_seat {
-    int at, of;           /* row and column of the block; which of all velocities that is */
-    ecp_real sees, takes; /* the column is that of this velocity times the first, the row of this
-                             momentum is that of the block times the second */
+    int at, of;           /* row and column of the block; which velocity that is */
+    ecp_real sees, takes; /* this velocity's column is the block's times the first, this momentum's
+                             row the block's times the second */
 } ecp_i_seat;
 
 /* how many velocities and momenta a block has */
@@ -6105,7 +6104,7 @@ static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax,
 /* the Newton block of a patch with this many unknowns */
 static void ecp_i_carve_block(ecp_i_arena *arena, int count, int bodies, ecp_i_pair *c)
 {
-    int rows = count + 3 + 3 * bodies; /* see ecp_i_seats */
+    int rows = count + 3 + 3 * bodies; /* as ecp_i_seats */
     ecp_real *block = ecp_i_take_reals(arena, rows, rows + 1);
     int *ints = ecp_i_take_ints(arena, (3 + ECP_I_PAIRS) * count);
     if (!ints) return;

@@ -4784,10 +4784,11 @@ typedef struct ecp_i_seat {
                              row the block's times the second */
 } ecp_i_seat;
 
-/* how many velocities and momenta a block has */
+/* how many velocities and momenta a block of so many bodies has; of a patch's */
+static int ecp_i_seats_of(int bodies) { return 3 + 3 * bodies; }
 static int ecp_i_seats(const ecp_i_pair *c)
 {
-    return 3 + 3 * (ecp_i_moves_a(c) + ecp_i_moves_b(c));
+    return ecp_i_seats_of(ecp_i_moves_a(c) + ecp_i_moves_b(c));
 }
 
 /* that of velocity i of A (side 0) or B, which has this number */
@@ -5067,15 +5068,16 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
 {
     ecp_real *x = c->block + c->columns - 1, target_a[3], target_p[4], seen[9];
     const ecp_real *v = dv_a;
-    int i, j, k, ld = c->columns, n = c->ny, count = 0;
+    int i, j, k, ld = c->columns, n = c->ny;
     if (ECP_I_PAIRS) {
-        int moves_a = ecp_i_moves_a(c), moves_b = ecp_i_moves_b(c);
-        v = seen;
-        for (k = 0; k < 3; k++, count++) {
-            seen[k] = (moves_a ? dv_a[k] : dv_b[k]) - (moves_a && moves_b ? dv_b[k] : ECP_R(0));
+        ecp_i_seat seats[12];
+        int count = ecp_i_seat_all(c, 0, 6, seats);
+        for (k = 0; k < ecp_i_seats(c); k++) seen[k] = 0;
+        for (k = 0; k < count; k++) {
+            const ecp_i_seat *s = seats + k;
+            seen[s->at - n] += s->sees * (s->of < 6 ? dv_a[s->of] : dv_b[s->of - 6]);
         }
-        for (k = 3; moves_a && k < 6; k++) seen[count++] = dv_a[k];
-        for (k = 3; moves_b && k < 6; k++) seen[count++] = dv_b[k];
+        v = seen;
     }
     /* solved in the order of the columns, then put where they belong */
     for (k = n - 1; k >= 0; k--) {
@@ -6104,7 +6106,7 @@ static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax,
 /* the Newton block of a patch with this many unknowns */
 static void ecp_i_carve_block(ecp_i_arena *arena, int count, int bodies, ecp_i_pair *c)
 {
-    int rows = count + 3 + 3 * bodies; /* as ecp_i_seats */
+    int rows = count + ecp_i_seats_of(bodies);
     ecp_real *block = ecp_i_take_reals(arena, rows, rows + 1);
     int *ints = ecp_i_take_ints(arena, (3 + ECP_I_PAIRS) * count);
     if (!ints) return;

@@ -67,7 +67,7 @@ static int elimination_degree(const elimination_graph *g, int i)
     return count;
 }
 
-/* is body i to come before j, both ready? after `last`, whose neighbours are followed (-1: none) */
+/* is body i to come before j, both ready? last: the neighbours of the one before, which are followed */
 static int elimination_before(const elimination_graph *g, const unsigned char *last, int i, int j)
 {
     int degree = elimination_degree(g, i) - elimination_degree(g, j);

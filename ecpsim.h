@@ -9603,6 +9603,25 @@ static int ecp_i_hurries(const ecp_i_step *step, const ecp_i_island *s)
     return ECP_I_PAIRS && parts != 0 && step->cut && s->body_count > 2;
 }
 
+/* The velocities that bodies keep follow from the impulses, which push both of a pair alike. Where the noise of
+   gaps is granted to the balance of momentum (in float, in short steps, more than slow bodies have), that of z would
+   win or lose what is granted in every step. The poses stay those of z, in which nothing overlaps. */
+static void ecp_i_island_balance(const ecp_i_island *s)
+{
+    int i, k;
+    for (i = 0; i < ecp_i_body_count(s); i++) {
+        ecp_i_motion *m = ecp_i_mover(s, i);
+        const ecp_real *missed = m->residual;
+        ecp_real dv[6];
+        if (!(m->noise > 0)) continue;
+        if (ecp_i_largest(3, missed) <= 16 * ECP_I_EPSILON * m->floor[0] &&
+            ecp_i_largest(3, missed + 3) <= 16 * ECP_I_EPSILON * m->floor[1])
+            continue;
+        ecp_i_velocity_change(m, missed, dv);
+        for (k = 0; k < 6; k++) m->dv[k] -= dv[k];
+    }
+}
+
 static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
 {
     ecp_i_island s;
@@ -9687,6 +9706,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
         if (!ECP_I_FRICTION) continue;
         step->r->worst_cone = ecp_i_max(step->r->worst_cone, ecp_i_cone_violation(c));
     }
+    if (ECP_I_PAIRS && !(s.still && effort.iterations == 0)) ecp_i_island_balance(&s);
     if (ecp_i_in_haste(&p)) *step->cut = 0;
     return ECP_OK;
 }
@@ -10960,6 +10980,121 @@ typedef enum ecp_i_outcome {
     ECP_I_UNSOLVED     /* a base step failed */
 } ecp_i_outcome;
 
+/* ---- what a macro step would jump over: contacts that begin and end between the ends of its base steps, and
+   those that base steps, which lag behind what the extrapolation makes of them, do not reach */
+
+/* Where a primitive is at the time t of the macro step that leads from the saved state to the world's: on the cubic
+   that positions and velocities at both ends give, and turned at the mean rate. */
+static void ecp_i_pose_on_way(const ecp_i_advance *a, int shape, ecp_real t,
+                              const ecp_real origin[3], ecp_i_posed *p)
+{
+    const ecp_i_part *part = ecp_i_parts(a->w) + shape;
+    const ecp_i_body *first = ecp_i_body_of(ecp_i_snapshot(a->saved), shape);
+    const ecp_i_body *last = ecp_i_body_of(a->w, shape);
+    ecp_real s = t / a->H, q[4], R[9], x[3], w[3];
+    int k;
+    for (k = 0; k < 3; k++) {
+        ecp_real way = (last->x[k] - first->x[k]) + (last->x_carry[k] - first->x_carry[k]);
+        x[k] = (first->x[k] - origin[k]) + first->x_carry[k] + s * s * (3 - 2 * s) * way +
+               t * (1 - s) * ((1 - s) * first->v[k] - s * last->v[k]);
+        w[k] = first->v[3 + k] + s / 2 * (last->v[3 + k] - first->v[3 + k]);
+    }
+    ecp_quat_advance(first->q, w, t, q);
+    ecp_quat_to_matrix(q, R);
+    p->shape = &part->shape;
+    if (ECP_I_PAIRS) ecp_i_set3(0, 0, 0, p->way);
+    ecp_i_matmul(R, part->rotation, p->Q);
+    ecp_i_mul(R, part->position, p->x);
+    ecp_i_axpy(p->x, 1, x, p->x);
+}
+
+/* How far two primitives are apart then; less than 0 if they overlap by more than `slack`. n: the way out of A, as found
+   where they were apart, or before that the way by which B comes. */
+static ecp_real ecp_i_gap_on_way(const ecp_i_advance *a, int shape_a, int shape_b, ecp_real t,
+                                 ecp_real slack, ecp_real n[3])
+{
+    const ecp_real *origin = ecp_i_body_of(ecp_i_snapshot(a->saved), shape_a)->x;
+    ecp_real at_a[3], at_b[3], gap;
+    ecp_i_posed A, B;
+    ecp_i_pose_on_way(a, shape_a, t, origin, &A);
+    ecp_i_pose_on_way(a, shape_b, t, origin, &B);
+    if (!ECP_I_PAIRS || B.shape->kind == ECP_HALF_SPACE) {
+        gap = ecp_i_plane_gap(&A, &B, 0, n, at_a);
+        return gap < -slack ? gap : ecp_i_max(gap, 0);
+    }
+    gap = ecp_i_distance(&A, &B, at_a, at_b, n);
+    if (gap > 0) return gap;
+    ecp_i_axpy(B.x, slack, n, B.x);
+    return ecp_i_distance(&A, &B, at_a, at_b, at_a) > 0 ? ECP_R(0) : -slack;
+}
+
+/* how fast points of the two may near each other, at most and a quarter more */
+static ecp_real ecp_i_nearing(const ecp_world *w, int shape_a, int shape_b)
+{
+    const ecp_i_body *ba = ecp_i_body_of(w, shape_a), *bb = ecp_i_body_of(w, shape_b);
+    ecp_real v[3], apart[3], reach_a = ecp_i_part_reach(ecp_i_parts(w) + shape_a), reach_b;
+    reach_b = ecp_i_part_reach(ecp_i_parts(w) + shape_b);
+    ecp_i_sub(ba->v, bb->v, v);
+    ecp_i_sub(ba->x, bb->x, apart);
+    if (ecp_i_parts(w)[shape_b].shape.kind == ECP_HALF_SPACE) reach_b = ecp_i_norm(apart) + reach_a;
+    return ECP_R(1.25) *
+           (ecp_i_norm(v) + reach_a * ecp_i_norm(ba->v + 3) + reach_b * ecp_i_norm(bb->v + 3));
+}
+
+/* When in the macro step two that did not overlap do, by more than positions may be off; twice its length if they
+   do not. In strides of the time that their gap takes at least. */
+static ecp_real ecp_i_overlap_at(const ecp_i_advance *a, int shape_a, int shape_b)
+{
+    const ecp_world *first = ecp_i_snapshot(a->saved);
+    const ecp_i_body *ba = ecp_i_body_of(first, shape_a), *bb = ecp_i_body_of(first, shape_b);
+    ecp_real slack = 2 * a->o.tolerance * ecp_i_giving(ba, bb)->length, t = 0, n[3];
+    /* what ecp_i_distance tells from nothing, as the way of B need not be straight out of A */
+    ecp_real radii =
+        ecp_i_parts(first)[shape_a].shape.radius + ecp_i_parts(first)[shape_b].shape.radius;
+    ecp_real speed =
+        ecp_i_max(ecp_i_nearing(first, shape_a, shape_b), ecp_i_nearing(a->w, shape_a, shape_b));
+    int apart = 0;
+    if (ecp_i_parts(first)[shape_b].shape.kind != ECP_HALF_SPACE)
+        slack = ecp_i_max(slack, 8 * ecp_i_sqrt(ECP_I_EPSILON) * radii);
+    ecp_i_sub(ba->v, bb->v, n);
+    ecp_i_normalise(n);
+    for (;;) {
+        ecp_real gap = ecp_i_gap_on_way(a, shape_a, shape_b, t, slack, n);
+        if (apart && gap < 0) return t;
+        if (gap >= 0) apart = 1;
+        if (t >= a->H || gap >= speed * (a->H - t)) return 2 * a->H;
+        t = ecp_i_min(t + ecp_i_max(gap / speed, a->H / 256), a->H);
+    }
+}
+
+/* Does the macro step jump over a contact, by the way from the saved state to the world's? Notes when. */
+static int ecp_i_jumps(ecp_i_advance *a)
+{
+    const ecp_i_part *parts = ecp_i_parts(a->w);
+    ecp_real first = 2 * a->H;
+    int i, j;
+    for (i = 0; i < a->w->shapes; i++) {
+        for (j = 0; j < a->w->shapes; j++) {
+            int plane = parts[j].shape.kind == ECP_HALF_SPACE;
+            ecp_i_phase f;
+            if (parts[i].shape.kind == ECP_HALF_SPACE || (plane ? 0 : !ECP_I_PAIRS || j <= i))
+                continue;
+            if (parts[i].body == parts[j].body || !ecp_i_may_meet(parts + i, parts + j)) continue;
+            if (ecp_i_body_of(a->w, i)->kind != ECP_DYNAMIC &&
+                ecp_i_body_of(a->w, j)->kind != ECP_DYNAMIC)
+                continue;
+            f.shape_a = i;
+            f.shape_b = j;
+            if (ecp_i_find_phase(a->now, a->now_count, &f)) continue;
+            first = ecp_i_min(first, ecp_i_overlap_at(a, i, j));
+        }
+    }
+    if (!(first <= a->H)) return 0;
+    a->nearest = ecp_i_min(a->nearest, first);
+    a->changed = 1;
+    return 1;
+}
+
 /* One macro step of the length a->H, aimed at the order `aim`. *column: the last one; error[j]: the
    estimate of column j, from 2 on. The world holds the result if it is done or passed. */
 static ecp_i_outcome ecp_i_macro(ecp_i_advance *a, int aim, int forced, int *column,
@@ -10990,7 +11125,7 @@ static ecp_i_outcome ecp_i_macro(ecp_i_advance *a, int aim, int forced, int *col
                 return ECP_I_CHANGED;
             }
             ecp_i_add_changes(a, a->rows);
-            return ECP_I_DONE;
+            return !forced && ecp_i_jumps(a) ? ECP_I_CHANGED : ECP_I_DONE;
         }
     }
     if (!forced) return ECP_I_UNCONVERGED;

@@ -109,17 +109,17 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 55,028.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 55,180.
 
-       ECPSIM_NO_PAIRS     20,184  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     20,336  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
        ECPSIM_NO_FRICTION   3,960  contacts are smooth, whatever the materials say
-       ECPSIM_NO_SLEEP      1,304  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   1,172  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     6,912  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
+       ECPSIM_NO_SLEEP      1,236  options.sleep = 1 is ECP_BAD_OPTION
+       ECPSIM_NO_CENTRING   1,164  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS     6,824  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
                                    nothing is said). Options that ask for others are ECP_BAD_OPTION.
-                                   3,088 if it is ECP_FALLBACK_GEOMETRIC; without
-                                   ECP_FALLBACK_SUBSTEPS 1,496 and the work memory for a second state
+                                   3,108 if it is ECP_FALLBACK_GEOMETRIC; without
+                                   ECP_FALLBACK_SUBSTEPS 1,560 and the work memory for a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
@@ -151,7 +151,7 @@
    A STEP AS A TEST
    ecp_dump() writes the step to come as a C function that makes the same world, bit for bit, and does
    the step: for a test, or for a report of a step that is not solved. With these fields of
-   ecp_options every step that ends in ECP_NOT_SOLVED writes itself (a program that does not name
+   ecp_options every ecp_step that ends in ECP_NOT_SOLVED writes itself (a program that does not name
    ecp_dump is 7 kB smaller):
 
        static void put(void *file, const char *text) { fputs(text, (FILE *)file); }
@@ -886,7 +886,8 @@ typedef struct ecp_advance_options {
     ecp_real macro_step; /* 0: chosen. Else this pace is kept (the last one is shorter), with
                             `order`, and the tolerance is only the unit of the error reported, s */
     int order;           /* the highest, from 2 to ecp_world_desc.advance_order; 0: that one */
-    int max_solves;      /* base steps, after which it fails with ECP_NOT_SOLVED; 0: no limit */
+    int max_solves;      /* base steps, after which it fails with ECP_NOT_SOLVED, looked at between
+                            macro steps; 0: no limit */
     ecp_real time;       /* at the beginning, for `load`, s */
     ecp_load load;       /* or NULL */
     void *load_user;
@@ -10951,16 +10952,11 @@ static void ecp_i_project(ecp_i_advance *a)
     }
 }
 
-/* x^(1/k), within a few percent, by square roots and Newton; for step sizes */
-static ecp_real ecp_i_nth_root(ecp_real x, int k)
+/* x^(1/k), within a few percent, by Newton, for x from 1e-3 to 1e3 */
+static ecp_real ecp_i_near_root(ecp_real x, int k)
 {
     ecp_real y = 1, power;
     int i, j;
-    if (!(x > 0)) return 0;
-    if (!ecp_i_finite(x)) return x;
-    /* one factor of 1000 at a time */
-    if (x < ECP_R(1e-3)) return ecp_i_nth_root(x * 1000, k) / ecp_i_nth_root(ECP_R(1000.0), k);
-    if (x > ECP_R(1e3)) return ecp_i_nth_root(x / 1000, k) * ecp_i_nth_root(ECP_R(1000.0), k);
     if (x > 1) y = 1 + (x - 1) / (ecp_real)k;
     for (i = 0; i < 60; i++) {
         ecp_real next;
@@ -10969,6 +10965,21 @@ static ecp_real ecp_i_nth_root(ecp_real x, int k)
         if (ecp_i_abs(next - y) < ECP_R(1e-3) * y) return next;
         y = next;
     }
+    return y;
+}
+
+/* the same for any x, one factor of 1000 at a time; for step sizes */
+static ecp_real ecp_i_nth_root(ecp_real x, int k)
+{
+    ecp_real y;
+    int down = 0;
+    if (!(x > 0)) return 0;
+    if (!ecp_i_finite(x)) return x;
+    for (; x < ECP_R(1e-3); down++) x *= 1000;
+    for (; x > ECP_R(1e3); down--) x /= 1000;
+    y = ecp_i_near_root(x, k);
+    for (; down > 0; down--) y /= ecp_i_near_root(ECP_R(1000.0), k);
+    for (; down < 0; down++) y *= ecp_i_near_root(ECP_R(1000.0), k);
     return y;
 }
 

@@ -599,7 +599,7 @@ typedef struct ecp_world_desc {
    ECP_CAPACITY with the bytes of the whole block that would do, an upper bound, in
    ecp_report.value, and those that there are in ecp_report.limit. solver_bytes must grow by the
    difference; where it was 0 it stood for what ecp_world_memsize() gives, less what it gives with
-   solver_bytes = 8. What it took then is in ecp_report.memory_used. */
+   solver_bytes = 8, and these 8. What it took then is in ecp_report.memory_used. */
 ECP_DEF ecp_world_desc ecp_world_desc_default(void);
 
 /* The bytes that ecp_world_init needs for this description, or 0 if it is out of range. */
@@ -10034,7 +10034,7 @@ ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
 {
     const ecp_i_part *parts;
     ecp_i_patch *list, *p;
-    ecp_real x[3] = {0, 0, 0}, R[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, rel[3];
+    ecp_real x[3] = {0, 0, 0}, R[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, rel[3], local[3];
     int i, at = 0, lo = shape_a < shape_b ? shape_a : shape_b,
            hi = shape_a < shape_b ? shape_b : shape_a;
     if (!world || !point) return ECP_BAD_POINTER;
@@ -10049,6 +10049,10 @@ ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
     if (parts[shape_a].shape.kind == ECP_HALF_SPACE || parts[lo].body == parts[hi].body) {
         return ECP_BAD_KIND;
     }
+    ecp_shape_get(world, shape_a, NULL, NULL, x, R);
+    ecp_i_sub(point, x, rel);
+    ecp_i_mul_t(R, rel, local);
+    if (!ecp_i_all_finite(3, local)) return ECP_NOT_FINITE;
     list = ecp_i_patches(world);
     while (at < world->patches && ecp_i_patch_before(list + at, lo, hi)) at++;
     if (at == world->patches || !ecp_i_patch_is(list + at, lo, hi)) {
@@ -10067,9 +10071,7 @@ ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
     p->contact.shape_b = shape_b;
     ecp_i_wake(world, parts[lo].body);
     ecp_i_wake(world, parts[hi].body);
-    ecp_shape_get(world, shape_a, NULL, NULL, x, R);
-    ecp_i_sub(point, x, rel);
-    ecp_i_mul_t(R, rel, p->a);
+    ecp_i_copy3(local, p->a);
     return ECP_OK;
 }
 
@@ -10994,41 +10996,67 @@ typedef enum ecp_i_outcome {
 /* ---- what a macro step would jump over: contacts that begin and end between the ends of its base steps, and
    those that base steps, which lag behind what the extrapolation makes of them, do not reach */
 
-/* Where a primitive is at the time t of the macro step that leads from the saved state to the world's: on the cubic
-   that positions and velocities at both ends give, and turned at the mean rate. */
-static void ecp_i_pose_on_way(const ecp_i_advance *a, int shape, ecp_real t,
-                              const ecp_real origin[3], ecp_i_posed *p)
+/* The way of a primitive's body in the macro step that leads from the saved state to the world's: a part s of it later
+   the centre of mass is at x + s (ahead + s bend), and q is turned by as much in half tangents (ecp_i_changes). That
+   goes through both poses and has the velocity of the last; the first may be that before an impact. */
+typedef struct ecp_i_way {
+    const ecp_i_part *part;
+    ecp_real x[3], q[4], ahead[6], bend[6]; /* x from some origin */
+} ecp_i_way;
+
+static void ecp_i_way_of(const ecp_i_advance *a, int shape, const ecp_real origin[3],
+                         ecp_i_way *way)
 {
-    const ecp_i_part *part = ecp_i_parts(a->w) + shape;
     const ecp_i_body *first = ecp_i_body_of(ecp_i_snapshot(a->saved), shape);
     const ecp_i_body *last = ecp_i_body_of(a->w, shape);
-    ecp_real s = t / a->H, q[4], R[9], x[3], w[3];
+    const ecp_real *w = last->v + 3;
+    ecp_real change[12], rate[6];
     int k;
-    for (k = 0; k < 3; k++) {
-        ecp_real way = (last->x[k] - first->x[k]) + (last->x_carry[k] - first->x_carry[k]);
-        x[k] = (first->x[k] - origin[k]) + first->x_carry[k] + s * s * (3 - 2 * s) * way +
-               t * (1 - s) * ((1 - s) * first->v[k] - s * last->v[k]);
-        w[k] = first->v[3 + k] + s / 2 * (last->v[3 + k] - first->v[3 + k]);
+    way->part = ecp_i_parts(a->w) + shape;
+    ecp_i_sub(first->x, origin, way->x);
+    ecp_i_axpy(way->x, 1, first->x_carry, way->x);
+    ECPSIM_MEMCPY(way->q, first->q, sizeof way->q);
+    ecp_i_changes(last, first, change);
+    /* of half tangents g: g' = (w + w x g + (w . g) g) / 2 */
+    ecp_i_cross(w, change + 3, rate + 3);
+    ecp_i_axpy(rate + 3, 1, w, rate + 3);
+    ecp_i_axpy(rate + 3, ecp_i_dot(w, change + 3), change + 3, rate + 3);
+    ecp_i_scale(a->H / 2, rate + 3, rate + 3);
+    ecp_i_scale(a->H, last->v, rate);
+    for (k = 0; k < 6; k++) {
+        way->ahead[k] = 2 * change[k] - rate[k];
+        way->bend[k] = rate[k] - change[k];
     }
-    ecp_quat_advance(first->q, w, t, q);
+}
+
+static void ecp_i_pose_on_way(const ecp_i_way *way, ecp_real s, ecp_i_posed *p)
+{
+    ecp_real turn[4], q[4], R[9], x[3];
+    int k;
+    turn[0] = 1;
+    for (k = 0; k < 3; k++) {
+        x[k] = way->x[k] + s * (way->ahead[k] + s * way->bend[k]);
+        turn[1 + k] = s * (way->ahead[3 + k] + s * way->bend[3 + k]);
+    }
+    ecp_quat_multiply(turn, way->q, q);
+    ecp_i_quat_normalise(q);
     ecp_quat_to_matrix(q, R);
-    p->shape = &part->shape;
+    p->shape = &way->part->shape;
     if (ECP_I_PAIRS) ecp_i_set3(0, 0, 0, p->way);
-    ecp_i_matmul(R, part->rotation, p->Q);
-    ecp_i_mul(R, part->position, p->x);
+    ecp_i_matmul(R, way->part->rotation, p->Q);
+    ecp_i_mul(R, way->part->position, p->x);
     ecp_i_axpy(p->x, 1, x, p->x);
 }
 
-/* How far two primitives are apart then; less than 0 if they overlap by more than `slack`. n: the way out of A, as found
-   where they were apart, or before that the way by which B comes. */
-static ecp_real ecp_i_gap_on_way(const ecp_i_advance *a, int shape_a, int shape_b, ecp_real t,
+/* How far two primitives are apart there; less than 0 if they overlap by more than `slack`. n: the way out of A, as
+   found where they were apart, or before that the way by which B comes. */
+static ecp_real ecp_i_gap_on_way(const ecp_i_way *wa, const ecp_i_way *wb, ecp_real s,
                                  ecp_real slack, ecp_real n[3])
 {
-    const ecp_real *origin = ecp_i_body_of(ecp_i_snapshot(a->saved), shape_a)->x;
     ecp_real at_a[3], at_b[3], gap;
     ecp_i_posed A, B;
-    ecp_i_pose_on_way(a, shape_a, t, origin, &A);
-    ecp_i_pose_on_way(a, shape_b, t, origin, &B);
+    ecp_i_pose_on_way(wa, s, &A);
+    ecp_i_pose_on_way(wb, s, &B);
     if (!ECP_I_PAIRS || B.shape->kind == ECP_HALF_SPACE) {
         gap = ecp_i_plane_gap(&A, &B, 0, n, at_a);
         return gap < -slack ? gap : ecp_i_max(gap, 0);
@@ -11039,56 +11067,69 @@ static ecp_real ecp_i_gap_on_way(const ecp_i_advance *a, int shape_a, int shape_
     return ecp_i_distance(&A, &B, at_a, at_b, at_a) > 0 ? ECP_R(0) : -slack;
 }
 
-/* how fast points of the two may near each other, at most and a quarter more */
-static ecp_real ecp_i_nearing(const ecp_world *w, int shape_a, int shape_b)
+/* the largest of a rate that is `ahead` first and changes evenly by twice `bend` */
+static ecp_real ecp_i_fastest_on_way(const ecp_real ahead[3], const ecp_real bend[3])
 {
-    const ecp_i_body *ba = ecp_i_body_of(w, shape_a), *bb = ecp_i_body_of(w, shape_b);
-    ecp_real v[3], apart[3], reach_a = ecp_i_part_reach(ecp_i_parts(w) + shape_a), reach_b;
-    reach_b = ecp_i_part_reach(ecp_i_parts(w) + shape_b);
-    ecp_i_sub(ba->v, bb->v, v);
-    ecp_i_sub(ba->x, bb->x, apart);
-    if (ecp_i_parts(w)[shape_b].shape.kind == ECP_HALF_SPACE) reach_b = ecp_i_norm(apart) + reach_a;
-    return ECP_R(1.25) *
-           (ecp_i_norm(v) + reach_a * ecp_i_norm(ba->v + 3) + reach_b * ecp_i_norm(bb->v + 3));
+    ecp_real last[3];
+    ecp_i_axpy(ahead, 2, bend, last);
+    return ecp_i_max(ecp_i_norm(ahead), ecp_i_norm(last));
 }
 
-/* When in the macro step two that did not overlap do, by more than positions may be off; twice its length if they
-   do not. In strides of the time that their gap takes at least. */
+/* how much nearer points of the two can come in the macro step, if they do so all the time */
+static ecp_real ecp_i_nearing(const ecp_i_way *wa, const ecp_i_way *wb)
+{
+    ecp_real ahead[3], bend[3], apart[3], speed, reach_a = ecp_i_part_reach(wa->part);
+    ecp_real reach_b = ecp_i_part_reach(wb->part);
+    ecp_i_sub(wa->ahead, wb->ahead, ahead);
+    ecp_i_sub(wa->bend, wb->bend, bend);
+    speed = ecp_i_fastest_on_way(ahead, bend);
+    if (wb->part->shape.kind == ECP_HALF_SPACE) {
+        ecp_i_sub(wa->x, wb->x, apart);
+        reach_b = ecp_i_norm(apart) + speed + reach_a;
+    }
+    return speed + 2 * reach_a * ecp_i_fastest_on_way(wa->ahead + 3, wa->bend + 3) +
+           2 * reach_b * ecp_i_fastest_on_way(wb->ahead + 3, wb->bend + 3);
+}
+
+/* In what part of the macro step two that did not overlap do, by more than positions may be off; 2 if they do not.
+   In strides that their gap takes at least. */
 static ecp_real ecp_i_overlap_at(const ecp_i_advance *a, int shape_a, int shape_b)
 {
     const ecp_world *first = ecp_i_snapshot(a->saved);
     const ecp_i_body *ba = ecp_i_body_of(first, shape_a), *bb = ecp_i_body_of(first, shape_b);
-    ecp_real slack = 2 * a->o.tolerance * ecp_i_giving(ba, bb)->length, t = 0, n[3];
-    /* what ecp_i_distance tells from nothing, as the way of B need not be straight out of A */
-    ecp_real radii =
-        ecp_i_parts(first)[shape_a].shape.radius + ecp_i_parts(first)[shape_b].shape.radius;
-    ecp_real speed =
-        ecp_i_max(ecp_i_nearing(first, shape_a, shape_b), ecp_i_nearing(a->w, shape_a, shape_b));
+    ecp_real slack = 2 * a->o.tolerance * ecp_i_giving(ba, bb)->length, s = 0, nearing, n[3];
+    ecp_i_way wa, wb;
     int apart = 0;
-    if (ecp_i_parts(first)[shape_b].shape.kind != ECP_HALF_SPACE)
+    ecp_i_way_of(a, shape_a, ba->x, &wa);
+    ecp_i_way_of(a, shape_b, ba->x, &wb);
+    nearing = ecp_i_nearing(&wa, &wb);
+    if (wb.part->shape.kind != ECP_HALF_SPACE) {
+        /* what ecp_i_distance tells from nothing, as the way of B need not be straight out of A */
+        ecp_real radii = wa.part->shape.radius + wb.part->shape.radius;
         slack = ecp_i_max(slack, 8 * ecp_i_sqrt(ECP_I_EPSILON) * radii);
-    ecp_i_sub(ba->v, bb->v, n);
+    }
+    ecp_i_sub(wa.ahead, wb.ahead, n);
     ecp_i_normalise(n);
     for (;;) {
-        ecp_real gap = ecp_i_gap_on_way(a, shape_a, shape_b, t, slack, n);
-        if (apart && gap < 0) return t;
+        ecp_real gap = ecp_i_gap_on_way(&wa, &wb, s, slack, n);
+        if (apart && gap < 0) return s;
         if (gap >= 0) apart = 1;
-        if (t >= a->H || gap >= speed * (a->H - t)) return 2 * a->H;
-        t = ecp_i_min(t + ecp_i_max(gap / speed, a->H / 256), a->H);
+        if (s >= 1 || gap >= nearing * (1 - s)) return 2;
+        s = ecp_i_min(s + ecp_i_max(gap / nearing, ECP_R(1.0) / 256), 1);
     }
 }
 
-/* Does the macro step jump over a contact, by the way from the saved state to the world's? Notes when. */
+/* Does the macro step jump over a contact? Notes when. */
 static int ecp_i_jumps(ecp_i_advance *a)
 {
     const ecp_i_part *parts = ecp_i_parts(a->w);
-    ecp_real first = 2 * a->H;
+    ecp_real first = 2;
     int i, j;
     for (i = 0; i < a->w->shapes; i++) {
         for (j = 0; j < a->w->shapes; j++) {
             int plane = parts[j].shape.kind == ECP_HALF_SPACE;
             ecp_i_phase f;
-            if (parts[i].shape.kind == ECP_HALF_SPACE || (plane ? 0 : !ECP_I_PAIRS || j <= i))
+            if (parts[i].shape.kind == ECP_HALF_SPACE || (!plane && (!ECP_I_PAIRS || j <= i)))
                 continue;
             if (parts[i].body == parts[j].body || !ecp_i_may_meet(parts + i, parts + j)) continue;
             if (ecp_i_body_of(a->w, i)->kind != ECP_DYNAMIC &&
@@ -11100,8 +11141,8 @@ static int ecp_i_jumps(ecp_i_advance *a)
             first = ecp_i_min(first, ecp_i_overlap_at(a, i, j));
         }
     }
-    if (!(first <= a->H)) return 0;
-    a->nearest = ecp_i_min(a->nearest, first);
+    if (first > 1) return 0;
+    a->nearest = ecp_i_min(a->nearest, first * a->H);
     a->changed = 1;
     return 1;
 }
@@ -11208,11 +11249,21 @@ static void ecp_i_take_impulses(ecp_world *w)
     }
 }
 
-/* the largest speed of a body, in its lengths a second */
+/* The largest speed of a body, in its lengths a second; of those that are driven, of their farthest points: what they
+   come to may be at rest. */
 static ecp_real ecp_i_fastest(const ecp_i_advance *a)
 {
-    ecp_real rate = 0;
+    ecp_real rate = 0, shortest = ecp_i_shortest_length(a);
     int i;
+    for (i = 0; i < a->w->shapes; i++) {
+        const ecp_i_part *part = ecp_i_parts(a->w) + i;
+        const ecp_i_body *b;
+        ecp_real reach = part->shape.kind == ECP_HALF_SPACE ? ECP_R(0) : ecp_i_part_reach(part);
+        if (part->body == ECP_I_FREE) continue;
+        b = ecp_i_body_of(a->w, i);
+        if (b->kind != ECP_KINEMATIC) continue;
+        rate = ecp_i_max(rate, (ecp_i_norm(b->v) + reach * ecp_i_norm(b->v + 3)) / shortest);
+    }
     for (i = 0; i < a->w->bodies; i++) {
         const ecp_i_body *b = ecp_i_bodies(a->w) + i;
         if (b->kind == ECP_DYNAMIC) rate = ecp_i_max(rate, ecp_i_speed_scale(a, b) / b->length);

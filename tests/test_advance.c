@@ -700,8 +700,9 @@ static void advance_thrown(void)
     }
 }
 
-/* A ball is thrown up under a ceiling, and falls as soon as it has met it, however long the macro steps in its flight
-   are: base steps lag behind it, and many would turn back below the ceiling. */
+/* A ball is thrown up under a ceiling (or hit, so that it is at rest as the call finds it), and falls as soon as it has
+   met it, however long the macro steps in its flight are: base steps lag behind it, and many would turn back below
+   the ceiling. */
 static void advance_ceiling(void)
 {
     const double g = 9.8, up = 5, until = 0.9;
@@ -716,7 +717,12 @@ static void advance_ceiling(void)
         test_ground(w, 0, 0, -1, NULL);
         CHECK(ecp_shape_sphere(&s, ECP_R(0.1)) == ECP_OK);
         body = advance_body(w, &s, NULL, 0, 0, -0.1 - high);
-        advance_velocity(w, body, 0, up, 0);
+        if (k & 1) {
+            advance_velocity(w, body, 0, up, 0);
+        } else {
+            const ecp_real hit[3] = {0, 0, ECP_R(5.0)};
+            CHECK(ecp_body_apply_impulse(w, body, hit, NULL) == ECP_OK);
+        }
         CHECK(ecp_advance(w, ECP_R(until), &o, NULL) == ECP_OK);
         CHECK_NEAR(ecp_i_bodies(w)[body].x[2], -0.1 - fallen,
                    test_by(1e-5, 1e-2) * fmax(1, fallen));
@@ -754,6 +760,140 @@ static void advance_graze(void)
     }
 }
 
+/* base steps for a ball that lands on the one or the two blocks of the floor, beside the seam */
+static int advance_seam(int blocks)
+{
+    ecp_advance_options o = advance_options(1e-6, 1e-3);
+    ecp_advance_report r;
+    ecp_world *w = advance_world(8);
+    ecp_body_desc b = ecp_body_desc_default();
+    ecp_material m = ecp_material_default();
+    ecp_shape s;
+    int i, floor, body;
+    m.mu = 0;
+    b.kind = ECP_STATIC;
+    CHECK(ecp_body_add(w, &b, &floor) == ECP_OK);
+    for (i = 0; i < blocks; i++) {
+        ecp_real at[3] = {ECP_R(-0.5), 0, ECP_R(-0.25)};
+        if (i > 0) at[0] = ECP_R(0.5);
+        advance_box(&s, 0.5, 0.5, 0.25);
+        CHECK(ecp_body_add_shape(w, floor, &s, at, NULL, &m, NULL) == ECP_OK);
+    }
+    CHECK(ecp_shape_sphere(&s, ECP_R(0.1)) == ECP_OK);
+    body = advance_body(w, &s, &m, -0.02, 0, 0.3);
+    advance_velocity(w, body, -0.05, -3, 0);
+    CHECK(ecp_advance(w, ECP_R(0.5), &o, &r) == ECP_OK && r.forced == 0);
+    CHECK_NEAR(ecp_i_bodies(w)[body].x[0], -0.045, test_by(1e-6, 1e-3));
+    CHECK_NEAR(ecp_i_bodies(w)[body].x[2], 0.1, test_by(1e-6, 1e-3));
+    free(w);
+    return r.solves;
+}
+
+/* A bar that turns at 1 rad/s comes round, in one call, to a ball at rest, which it meets at the distance u along the bar
+   and c before it. As seen from the bar the ball then moves along it at c, and u'^2 - u^2 stays until it leaves the end, at
+   1.2 m; across the bar it is as fast as that end. The bound is for what the end's corner adds. */
+static void advance_paddle(void)
+{
+    int k;
+    for (k = 0; k < 14; k++) {
+        ecp_advance_options o = advance_options(1e-4, 1e-3);
+        ecp_world_desc d = ecp_world_desc_default();
+        ecp_body_desc b = ecp_body_desc_default();
+        ecp_material m = ecp_material_default();
+        ecp_world *w;
+        ecp_shape s;
+        const ecp_real *v;
+        double angle = 0.3 + 0.2 * k, far = 1.1, c = 0.07;
+        double along = sqrt(1.44 - (far * far - c * c) + c * c) - c;
+        int body;
+        d.advance_order = 8;
+        d.gravity[2] = m.mu = 0;
+        w = test_world(&d);
+        b.kind = ECP_KINEMATIC;
+        b.angular_velocity[2] = 1;
+        CHECK(ecp_body_add(w, &b, &body) == ECP_OK);
+        advance_box(&s, 1.2, 0.02, 0.2);
+        CHECK(ecp_body_add_shape(w, body, &s, NULL, NULL, &m, NULL) == ECP_OK);
+        CHECK(ecp_shape_sphere(&s, ECP_R(0.05)) == ECP_OK);
+        body = advance_body(w, &s, &m, far * cos(angle), far * sin(angle), 0);
+        CHECK(ecp_advance(w, ECP_R(4.5), &o, NULL) == ECP_OK);
+        v = ecp_i_bodies(w)[body].v;
+        CHECK_NEAR(sqrt((double)(v[0] * v[0] + v[1] * v[1])), sqrt(1.44 + along * along), 0.025);
+        free(w);
+    }
+}
+
+/* Two pads close on a box that fits between them and has nowhere to go: there is no such motion, however short the base
+   steps, and nothing has moved. */
+static void advance_gripper(void)
+{
+    int k, side;
+    for (k = 0; k < 3; k++) {
+        ecp_body_desc b = ecp_body_desc_default();
+        ecp_world_desc d = ecp_world_desc_default();
+        ecp_world *w, *before;
+        ecp_shape s;
+        int body;
+        d.advance_order = 8;
+        d.gravity[2] = 0;
+        w = test_world(&d);
+        advance_box(&s, 0.1, 0.1, 0.1);
+        b.kind = ECP_KINEMATIC;
+        for (side = -1; side < 2; side += 2) {
+            b.position[0] = ECP_R(0.2) * (ecp_real)side;
+            b.velocity[0] = ECP_R(-0.1) * (ecp_real)side;
+            CHECK(ecp_body_add(w, &b, &body) == ECP_OK);
+            CHECK(ecp_body_add_shape(w, body, &s, NULL, NULL, NULL, NULL) == ECP_OK);
+        }
+        advance_body(w, &s, NULL, 0, 0, 0);
+        before = test_copy_world(w);
+        CHECK(ecp_advance(w, ECP_R(0.01) * (ecp_real)(1 + 9 * k), NULL, NULL) == ECP_NOT_SOLVED);
+        CHECK(memcmp(w, before, w->bytes) == 0);
+        free(before);
+        free(w);
+    }
+}
+
+/* The way that a macro step is taken to go: from the saved pose to the world's, at the velocity of that at its end. */
+static void advance_way(void)
+{
+    static const double parts[3] = {0, 1, 1 - 1e-3};
+    ecp_world *w = advance_scene(4, 0.5, 0, 1), *saved;
+    const ecp_real from[4] = {ECP_R(0.9), ECP_R(0.3), ECP_R(0.2), ECP_R(0.1)},
+                   origin[3] = {0, 0, 0};
+    const ecp_real x[3] = {1, ECP_R(0.5), 2}, q[4] = {ECP_R(0.8), ECP_R(-0.2), ECP_R(0.4), 0};
+    const ecp_real v[3] = {3, -1, 2}, spin[3] = {1, 2, -1};
+    ecp_i_posed p[3], end;
+    ecp_i_advance a;
+    ecp_i_way way;
+    double turned[9];
+    int i, j, k;
+    CHECK(ecp_body_set_state(w, 1, NULL, from, v, NULL) == ECP_OK);
+    saved = test_copy_world(w);
+    CHECK(ecp_body_set_state(w, 1, x, q, v, spin) == ECP_OK);
+    memset(&a, 0, sizeof a);
+    a.w = w;
+    a.saved = (unsigned char *)saved;
+    a.H = ECP_R(0.5);
+    ecp_i_way_of(&a, 1, origin, &way);
+    for (i = 0; i < 3; i++) ecp_i_pose_on_way(&way, (ecp_real)parts[i], p + i);
+    for (i = 0; i < 2; i++) {
+        ecp_i_pose_of(i ? w : saved, 1, origin, &end);
+        for (k = 0; k < 3; k++) CHECK_NEAR(p[i].x[k], end.x[k], test_by(1e-14, 1e-6));
+        for (k = 0; k < 9; k++) CHECK_NEAR(p[i].Q[k], end.Q[k], test_by(1e-14, 1e-6));
+    }
+    /* Q' = w x Q, by a difference over a thousandth of the way */
+    for (j = 0; j < 3; j++) {
+        turned[j] = (double)(spin[1] * end.Q[6 + j] - spin[2] * end.Q[3 + j]);
+        turned[3 + j] = (double)(spin[2] * end.Q[j] - spin[0] * end.Q[6 + j]);
+        turned[6 + j] = (double)(spin[0] * end.Q[3 + j] - spin[1] * end.Q[j]);
+    }
+    for (k = 0; k < 3; k++) CHECK_NEAR((p[1].x[k] - p[2].x[k]) / ECP_R(0.5e-3), v[k], 0.02);
+    for (k = 0; k < 9; k++) CHECK_NEAR((p[1].Q[k] - p[2].Q[k]) / ECP_R(0.5e-3), turned[k], 0.02);
+    free(saved);
+    free(w);
+}
+
 static void test_advance_section(void)
 {
     advance_memory();
@@ -772,6 +912,10 @@ static void test_advance_section(void)
     advance_overlap();
     advance_accumulation();
     advance_thrown();
+    advance_way();
     advance_ceiling();
     advance_graze();
+    CHECK(advance_seam(2) == advance_seam(1));
+    advance_paddle();
+    advance_gripper();
 }

@@ -407,6 +407,7 @@ static void test_contacts_guess(void)
 {
     ecp_material m = test_material(0.5, 1, 1, 0.1);
     ecp_real at[3] = {0, 0, 0}, bad[3] = {0, 0, 0};
+    const ecp_real turned[4] = {ECP_R(0.9), ECP_R(0.3), ECP_R(0.2), ECP_R(0.1)};
     ecp_options o = ecp_options_default();
     int rule, side, k, box, other;
     /* A face that hovers over the plane: any of its points may be the ECP. `nearest` takes the
@@ -469,10 +470,14 @@ static void test_contacts_guess(void)
         test_ground(world, 0, 0, 1, &m);
         box = test_box(world, 2, 0.2, 0.3, 0.1, 0, 0, 0.1, &m);
         other = test_attach(world, box, &s, 0, 0, 0.3, &m);
+        CHECK(ecp_body_set_state(world, box, NULL, turned, NULL, NULL) == ECP_OK);
         before = test_copy_world(world);
         bad[1] = (ecp_real)NAN;
         CHECK(ecp_guess_ecp(NULL, 0, 1, at) == ECP_BAD_POINTER);
         CHECK(ecp_guess_ecp(world, 0, 1, NULL) == ECP_BAD_POINTER);
+        CHECK(ecp_guess_ecp(world, 0, 1, bad) == ECP_NOT_FINITE);
+        /* finite, but not as the box sees it */
+        for (k = 0; k < 3; k++) bad[k] = (ecp_real)test_by(1.7e308, 3e38);
         CHECK(ecp_guess_ecp(world, 0, 1, bad) == ECP_NOT_FINITE);
         CHECK(ecp_guess_ecp(world, 0, 3, at) == ECP_BAD_INDEX);
         CHECK(ecp_guess_ecp(world, -1, 1, at) == ECP_BAD_INDEX);

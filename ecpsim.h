@@ -10996,12 +10996,13 @@ typedef enum ecp_i_outcome {
 /* ---- what a macro step would jump over: contacts that begin and end between the ends of its base steps, and
    those that base steps, which lag behind what the extrapolation makes of them, do not reach */
 
-/* The way of a primitive's body in the macro step that leads from the saved state to the world's: a part s of it later
-   the centre of mass is at x + s (ahead + s bend), and q is turned by as much in half tangents (ecp_i_changes). That
-   goes through both poses and has the velocity of the last; the first may be that before an impact. */
+/* The way of a primitive's body in the macro step that leads from the saved state to the world's: the cubic through the
+   poses at its ends, with its rates there (a whole macro step is the unit of time), of the centre of mass from x and of the
+   turn from q in half tangents (ecp_i_changes). Where the macro step begins with an impact, the parabola with the last
+   rate: the saved velocity is the one before. */
 typedef struct ecp_i_way {
     const ecp_i_part *part;
-    ecp_real x[3], q[4], ahead[6], bend[6]; /* x from some origin */
+    ecp_real x[3], q[4], change[6], first[6], last[6]; /* x from some origin */
 } ecp_i_way;
 
 static void ecp_i_way_of(const ecp_i_advance *a, int shape, const ecp_real origin[3],
@@ -11010,34 +11011,37 @@ static void ecp_i_way_of(const ecp_i_advance *a, int shape, const ecp_real origi
     const ecp_i_body *first = ecp_i_body_of(ecp_i_snapshot(a->saved), shape);
     const ecp_i_body *last = ecp_i_body_of(a->w, shape);
     const ecp_real *w = last->v + 3;
-    ecp_real change[12], rate[6];
+    ecp_real change[12], *g = change + 3, *rate = way->last;
     int k;
     way->part = ecp_i_parts(a->w) + shape;
     ecp_i_sub(first->x, origin, way->x);
     ecp_i_axpy(way->x, 1, first->x_carry, way->x);
     ECPSIM_MEMCPY(way->q, first->q, sizeof way->q);
     ecp_i_changes(last, first, change);
+    ECPSIM_MEMCPY(way->change, change, sizeof way->change);
     /* of half tangents g: g' = (w + w x g + (w . g) g) / 2 */
-    ecp_i_cross(w, change + 3, rate + 3);
+    ecp_i_cross(w, g, rate + 3);
     ecp_i_axpy(rate + 3, 1, w, rate + 3);
-    ecp_i_axpy(rate + 3, ecp_i_dot(w, change + 3), change + 3, rate + 3);
+    ecp_i_axpy(rate + 3, ecp_i_dot(w, g), g, rate + 3);
     ecp_i_scale(a->H / 2, rate + 3, rate + 3);
     ecp_i_scale(a->H, last->v, rate);
-    for (k = 0; k < 6; k++) {
-        way->ahead[k] = 2 * change[k] - rate[k];
-        way->bend[k] = rate[k] - change[k];
-    }
+    ecp_i_scale(a->H, first->v, way->first);
+    ecp_i_scale(a->H / 2, first->v + 3, way->first + 3);
+    for (k = 0; a->impact && k < 6; k++) way->first[k] = 2 * change[k] - rate[k];
 }
 
+/* the pose at the part s of the macro step */
 static void ecp_i_pose_on_way(const ecp_i_way *way, ecp_real s, ecp_i_posed *p)
 {
-    ecp_real turn[4], q[4], R[9], x[3];
+    ecp_real by[6], turn[4], q[4], R[9], x[3];
     int k;
-    turn[0] = 1;
-    for (k = 0; k < 3; k++) {
-        x[k] = way->x[k] + s * (way->ahead[k] + s * way->bend[k]);
-        turn[1 + k] = s * (way->ahead[3 + k] + s * way->bend[3 + k]);
+    for (k = 0; k < 6; k++) {
+        by[k] = s * ((1 - s) * ((1 - s) * way->first[k] + s * (3 * way->change[k] - way->last[k])) +
+                     s * s * way->change[k]);
     }
+    ecp_i_axpy(way->x, 1, by, x);
+    turn[0] = 1;
+    ecp_i_copy3(by + 3, turn + 1);
     ecp_quat_multiply(turn, way->q, q);
     ecp_i_quat_normalise(q);
     ecp_quat_to_matrix(q, R);
@@ -11067,28 +11071,31 @@ static ecp_real ecp_i_gap_on_way(const ecp_i_way *wa, const ecp_i_way *wb, ecp_r
     return ecp_i_distance(&A, &B, at_a, at_b, at_a) > 0 ? ECP_R(0) : -slack;
 }
 
-/* the largest of a rate that is `ahead` first and changes evenly by twice `bend` */
-static ecp_real ecp_i_fastest_on_way(const ecp_real ahead[3], const ecp_real bend[3])
+/* no rate on the way is larger: it is a mean of these three */
+static ecp_real ecp_i_fastest_on_way(const ecp_real change[3], const ecp_real first[3],
+                                     const ecp_real last[3])
 {
-    ecp_real last[3];
-    ecp_i_axpy(ahead, 2, bend, last);
-    return ecp_i_max(ecp_i_norm(ahead), ecp_i_norm(last));
+    ecp_real middle[3];
+    int k;
+    for (k = 0; k < 3; k++) middle[k] = 3 * change[k] - first[k] - last[k];
+    return ecp_i_max(ecp_i_norm(middle), ecp_i_max(ecp_i_norm(first), ecp_i_norm(last)));
 }
 
 /* how much nearer points of the two can come in the macro step, if they do so all the time */
 static ecp_real ecp_i_nearing(const ecp_i_way *wa, const ecp_i_way *wb)
 {
-    ecp_real ahead[3], bend[3], apart[3], speed, reach_a = ecp_i_part_reach(wa->part);
+    ecp_real change[3], first[3], last[3], apart[3], speed, reach_a = ecp_i_part_reach(wa->part);
     ecp_real reach_b = ecp_i_part_reach(wb->part);
-    ecp_i_sub(wa->ahead, wb->ahead, ahead);
-    ecp_i_sub(wa->bend, wb->bend, bend);
-    speed = ecp_i_fastest_on_way(ahead, bend);
+    ecp_i_sub(wa->change, wb->change, change);
+    ecp_i_sub(wa->first, wb->first, first);
+    ecp_i_sub(wa->last, wb->last, last);
+    speed = ecp_i_fastest_on_way(change, first, last);
     if (wb->part->shape.kind == ECP_HALF_SPACE) {
         ecp_i_sub(wa->x, wb->x, apart);
         reach_b = ecp_i_norm(apart) + speed + reach_a;
     }
-    return speed + 2 * reach_a * ecp_i_fastest_on_way(wa->ahead + 3, wa->bend + 3) +
-           2 * reach_b * ecp_i_fastest_on_way(wb->ahead + 3, wb->bend + 3);
+    return speed + 2 * reach_a * ecp_i_fastest_on_way(wa->change + 3, wa->first + 3, wa->last + 3) +
+           2 * reach_b * ecp_i_fastest_on_way(wb->change + 3, wb->first + 3, wb->last + 3);
 }
 
 /* In what part of the macro step two that did not overlap do, by more than positions may be off; 2 if they do not.
@@ -11108,7 +11115,7 @@ static ecp_real ecp_i_overlap_at(const ecp_i_advance *a, int shape_a, int shape_
         ecp_real radii = wa.part->shape.radius + wb.part->shape.radius;
         slack = ecp_i_max(slack, 8 * ecp_i_sqrt(ECP_I_EPSILON) * radii);
     }
-    ecp_i_sub(wa.ahead, wb.ahead, n);
+    ecp_i_sub(wa.first, wb.first, n);
     ecp_i_normalise(n);
     for (;;) {
         ecp_real gap = ecp_i_gap_on_way(&wa, &wb, s, slack, n);

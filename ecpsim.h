@@ -4664,7 +4664,7 @@ static void ecp_i_hessian(const ecp_shape *s, const ecp_real x[3], const ecp_rea
        [ C  0 ] [ dx ] = [ c ]                                                             */
 
 /* unknowns of geometry move ECPs, those of impulse do not: the least step counts them differently */
-enum { ECP_I_GEOMETRY = 1, ECP_I_IMPULSE = 2, ECP_I_LAST = 4 };
+enum { ECP_I_GEOMETRY = 1, ECP_I_IMPULSE = 2, ECP_I_LAST = 4, ECP_I_GAP = 8 };
 
 /* what is not larger is rounding error, and no pivot */
 #define ECP_I_NO_PIVOT (256 * ECP_I_EPSILON)
@@ -4991,17 +4991,37 @@ static void ecp_i_block_slack(ecp_i_pair *c)
     }
 }
 
+/* Of the columns that are to take small pivots, that of the gap d: what hardly moves, with h vs next to nothing beside L,
+   knows it by pivots that are as small. Returns what is no pivot there. */
+static ecp_real ecp_i_block_gap(ecp_i_pair *c, ecp_real h)
+{
+    int j;
+    for (j = c->pivots; j < c->ny; j++) {
+        int small = c->col_tag[j] & ECP_I_LAST;
+        c->row_tag[j] |= ECP_I_GAP;
+        c->col_tag[j] &= ~ECP_I_GAP;
+        if (small && c->col_order[j] == 3 + c->kl) c->col_tag[j] |= ECP_I_GAP;
+    }
+    return ECP_I_NO_PIVOT * ecp_i_min(1, h * c->V / c->L);
+}
+
 /* in which order the rows have become pivots, which ecp_i_block_again needs: there where pairs are */
 static int *ecp_i_row_order(const ecp_i_pair *c) { return c->col_order + c->ny; }
 
+/* one stage: pivots larger than `tolerance` of the rows and columns whose tags the mask has */
+static void ecp_i_block_stage(ecp_i_pair *c, int mask, ecp_real tolerance)
+{
+    c->pivots = ecp_eliminate(c->block, c->columns, c->columns - 1, c->columns, c->ny, c->ny,
+                              c->pivots, mask, tolerance, c->row_tag, c->col_tag,
+                              ECP_I_PAIRS ? ecp_i_row_order(c) : NULL, c->col_order);
+}
+
 /* geometry by geometry, impulses by impulses, then what is left of either by the other, and last the
    small ones */
-static void ecp_i_block_eliminate(ecp_i_pair *c)
+static void ecp_i_block_eliminate(ecp_i_pair *c, ecp_real h)
 {
-    static const int masks[4] = {ECP_I_GEOMETRY, ECP_I_IMPULSE, ECP_I_GEOMETRY | ECP_I_IMPULSE,
-                                 ECP_I_LAST};
     ecp_real tolerance = ecp_i_relax(c) > 0 ? ECP_I_NO_PIVOT : ecp_i_sqrt(ECP_I_EPSILON) / 4;
-    int i, stage, before = -1;
+    int i, before = -1;
     for (i = 0; i < c->ny; i++) {
         c->col_order[i] = i;
         if (ECP_I_PAIRS) ecp_i_row_order(c)[i] = i;
@@ -5009,16 +5029,15 @@ static void ecp_i_block_eliminate(ecp_i_pair *c)
             i < c->ny - 1 - ecp_i_nf(c) ? ECP_I_GEOMETRY : ECP_I_IMPULSE;
     }
     c->pivots = 0;
-    for (stage = 0; stage < 3 || (c->pivots < c->ny && c->pivots > before); stage++) {
-        if (stage >= 3) {
-            before = c->pivots;
-            ecp_i_block_slack(c);
-            tolerance = ECP_I_NO_PIVOT;
-        }
-        c->pivots =
-            ecp_eliminate(c->block, c->columns, c->columns - 1, c->columns, c->ny, c->ny, c->pivots,
-                          masks[stage < 3 ? stage : 3], tolerance, c->row_tag, c->col_tag,
-                          ECP_I_PAIRS ? ecp_i_row_order(c) : NULL, c->col_order);
+    ecp_i_block_stage(c, ECP_I_GEOMETRY, tolerance);
+    ecp_i_block_stage(c, ECP_I_IMPULSE, tolerance);
+    ecp_i_block_stage(c, ECP_I_GEOMETRY | ECP_I_IMPULSE, tolerance);
+    while (c->pivots < c->ny && c->pivots > before) {
+        before = c->pivots;
+        ecp_i_block_slack(c);
+        ecp_i_block_stage(c, ECP_I_LAST, ECP_I_NO_PIVOT);
+        if (c->pivots == before && !ecp_i_on_plane(c))
+            ecp_i_block_stage(c, ECP_I_GAP, ecp_i_block_gap(c, h));
     }
 }
 
@@ -6302,7 +6321,7 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
         if (s->arena->overflow) return 0;
         ecp_i_block_fill(c, z + c->at, F + c->at, s->h, ECP_I_CENTRING && s->centring,
                          ecp_i_normal_floor(s, c));
-        ecp_i_block_eliminate(c);
+        ecp_i_block_eliminate(c, s->h);
     }
     for (i = 0; i < n; i++) dz[i] = -F[i];
     t->same = ecp_i_max(ECP_I_FINEST_CONSTRAINT, ecp_i_min(ECP_I_SAME_CONSTRAINT, fine));
@@ -8271,6 +8290,8 @@ typedef struct ecp_i_advance {
     ecp_real nearest;  /* how long until what is not yet so at the beginning, about */
     ecp_i_phase ahead; /* and which phase that is, from a macro step that was too long */
     int looking;       /* `ahead` means something */
+    int exact;         /* `nearest` is as exact as the rates are */
+    ecp_real drift;    /* how long the state may go on as it does, until what is as exact */
 } ecp_i_advance;
 
 /* the bytes of all that: two states and the arrays, each rounded up */
@@ -10119,20 +10140,28 @@ static uint64_t ecp_i_faces(const ecp_i_advance *a, const ecp_shape *shape, ecp_
     return faces;
 }
 
+/* where a primitive is whose body is turned by q, with its centre of mass at x */
+static void ecp_i_pose_part(const ecp_i_part *part, const ecp_real q[4], const ecp_real x[3],
+                            ecp_i_posed *p)
+{
+    ecp_real R[9];
+    ecp_quat_to_matrix(q, R);
+    p->shape = &part->shape;
+    if (ECP_I_PAIRS) ecp_i_set3(0, 0, 0, p->way);
+    ecp_i_matmul(R, part->rotation, p->Q);
+    ecp_i_mul(R, part->position, p->x);
+    ecp_i_axpy(p->x, 1, x, p->x);
+}
+
 /* where a primitive is, relative to `origin` */
 static void ecp_i_pose_of(const ecp_world *w, int shape, const ecp_real origin[3], ecp_i_posed *p)
 {
     const ecp_i_part *part = ecp_i_parts(w) + shape;
     const ecp_i_body *b = ecp_i_bodies(w) + part->body;
-    ecp_real R[9], x[3];
-    ecp_quat_to_matrix(b->q, R);
-    p->shape = &part->shape;
-    if (ECP_I_PAIRS) ecp_i_set3(0, 0, 0, p->way);
-    ecp_i_matmul(R, part->rotation, p->Q);
-    ecp_i_mul(R, part->position, p->x);
+    ecp_real x[3];
     ecp_i_sub(b->x, origin, x);
     ecp_i_axpy(x, 1, b->x_carry, x);
-    ecp_i_axpy(p->x, 1, x, p->x);
+    ecp_i_pose_part(part, b->q, x, p);
 }
 
 static const ecp_i_body *ecp_i_body_of(const ecp_world *w, int shape)
@@ -10286,6 +10315,7 @@ static void ecp_i_note_time(ecp_i_advance *a, const ecp_i_phase *f, ecp_real d, 
     if (!(time < a->nearest)) return;
     a->nearest = time;
     a->looking = 1;
+    a->exact = 0;
     if (f != &a->ahead) ECPSIM_MEMCPY(&a->ahead, f, sizeof *f);
 }
 
@@ -10335,12 +10365,47 @@ static int ecp_i_phase_fits(ecp_i_advance *a, const ecp_i_phase *f)
     ecp_i_pose_of(w, f->shape_a, ba->x, &A);
     ecp_i_mul_t(A.Q, n, local);
     tilt = ecp_i_cone_miss(a, A.shape, f->a, f->faces[0], local);
+    /* (as far as ecp_i_distance knows a normal) */
+    if (ecp_i_parts(w)[f->shape_b].shape.kind != ECP_HALF_SPACE)
+        tilt = ecp_i_max(0, tilt - 8 * ecp_i_sqrt(ECP_I_EPSILON));
     if (tilt * A.shape->radius > limit && A.shape->inequalities > 1) {
         ecp_real turn = ecp_i_norm(spin);
         ecp_i_note_time(a, f, tilt, turn, ECP_R(1.5) * (ecp_i_norm(ra + 3) + ecp_i_norm(rb + 3)));
         fits = 0;
     }
     return fits;
+}
+
+/* Where the contact of a primitive with a half-space is, and the gap there: the ECP where all faces are
+   flat, or else the lowest point. *at: from the origin of the poses; n: into the half-space. */
+static ecp_real ecp_i_place(const ecp_i_posed *A, const ecp_i_posed *B, const ecp_real a[3],
+                            ecp_real n[3], ecp_real at[3])
+{
+    ecp_real gap = ecp_i_plane_gap(A, B, 0, n, at), rel[3];
+    if (A->shape->kind != ECP_BOX && A->shape->kind != ECP_POLYTOPE) return gap;
+    ecp_i_mul(A->Q, a, at);
+    ecp_i_axpy(at, 1, A->x, at);
+    ecp_i_sub(at, B->x, rel);
+    return -ecp_i_dot(n, rel) - B->shape->size[3];
+}
+
+/* How fast that place moves about A's centre of mass as A turns: with A where A is on a corner, not at all where it is
+   on a ball. */
+static void ecp_i_place_rate(const ecp_i_body *b, const ecp_i_part *part, const ecp_i_posed *B,
+                             const ecp_real a[3], const ecp_real at[3], ecp_real rate[3])
+{
+    ecp_real spin = ecp_i_norm(b->v + 3), time, q[4], n[3], none[3] = {0, 0, 0};
+    ecp_i_posed A;
+    ecp_i_set3(0, 0, 0, rate);
+    if (!(spin > 0)) return;
+    time = ecp_i_sqrt(ECP_I_EPSILON) / spin;
+    ecp_quat_advance(b->q, b->v + 3, time, q);
+    ecp_i_pose_part(part, q, none, &A);
+    ecp_i_place(&A, B, a, n, rate);
+    ecp_i_sub(rate, at, rate);
+    ecp_i_scale(1 / time, rate, rate);
+    /* (where a rim lies flat, any of its points is the lowest) */
+    if (ecp_i_norm(rate) > 2 * spin * ecp_i_norm(at)) ecp_i_cross(b->v + 3, at, rate);
 }
 
 /* Does the patch stick from the beginning because nothing slips there, or because the normal impulse
@@ -10352,19 +10417,24 @@ static int ecp_i_stick_fits(ecp_i_advance *a, const ecp_i_phase *f)
     const ecp_real *ra = a->rate + 6 * (ba - ecp_i_bodies(w)),
                    *rb = a->rate + 6 * (bb - ecp_i_bodies(w));
     const ecp_i_body *b = ecp_i_giving(ba, bb);
-    ecp_real at[3], n[3], v[3], slow[3], apart[3], size, closing, turn, impulse;
+    ecp_real at[3], n[3], v[3], slow[3], apart[3], move[3], size, closing, turn, impulse;
     ecp_i_posed A, B;
+    int exact;
     ecp_i_pose_of(w, f->shape_a, ba->x, &A);
     ecp_i_pose_of(w, f->shape_b, ba->x, &B);
+    ecp_i_sub(ba->x, bb->x, apart);
+    exact = B.shape->kind == ECP_HALF_SPACE && bb->kind == ECP_STATIC;
     if (B.shape->kind == ECP_HALF_SPACE) {
-        ecp_i_plane_gap(&A, &B, 0, n, at);
+        ecp_i_place(&A, &B, f->a, n, at);
+        ecp_i_place_rate(ba, ecp_i_parts(w) + f->shape_a, &B, f->a, at, move);
     } else {
         ecp_i_mul(A.Q, f->a, at);
         ecp_i_axpy(at, 1, A.x, at);
+        ecp_i_set3(0, 0, 0, move);
     }
-    ecp_i_sub(ba->x, bb->x, apart);
     ecp_i_slip_at(ba->v, bb->v, at, apart, v);
     ecp_i_slip_at(ra, rb, at, apart, slow);
+    ecp_i_add_cross(ba->v + 3, move, slow);
     ecp_i_axpy(v, -ecp_i_dot(v, f->N), f->N, v);
     ecp_i_axpy(slow, -ecp_i_dot(slow, f->N), f->N, slow);
     size = ecp_i_dot(v, v);
@@ -10383,10 +10453,16 @@ static int ecp_i_stick_fits(ecp_i_advance *a, const ecp_i_phase *f)
     /* until it stops, or nearly so */
     if (closing > 0) {
         ecp_real time = size * size / closing;
-        time *= time > a->H / 8 ? ECP_R(0.98) : ECP_R(0.999);
+        if (!exact || time > a->drift) {
+            /* not quite: base steps that reach beyond it end the macro step. What is left should be long enough for
+               another one, or short enough to drift. */
+            int far = time > a->H / 8 || (exact && time > 1000 * a->drift);
+            time *= far ? ECP_R(0.98) : ECP_R(0.999);
+        }
         if (time < a->nearest) {
             a->nearest = time;
             a->looking = 1;
+            a->exact = exact;
             if (f != &a->ahead) ECPSIM_MEMCPY(&a->ahead, f, sizeof *f);
             a->ahead.mode = ECP_STICK;
         }
@@ -10634,19 +10710,6 @@ static void ecp_i_forces(const ecp_world *w, ecp_real h, ecp_real *row)
     }
 }
 
-/* Where the contact of a primitive with a half-space is, and the gap there: the ECP where all faces are
-   flat, or else the lowest point. *at: from the origin of the poses; n: into the half-space. */
-static ecp_real ecp_i_place(const ecp_i_posed *A, const ecp_i_posed *B, const ecp_real a[3],
-                            ecp_real n[3], ecp_real at[3])
-{
-    ecp_real gap = ecp_i_plane_gap(A, B, 0, n, at), rel[3];
-    if (A->shape->kind != ECP_BOX && A->shape->kind != ECP_POLYTOPE) return gap;
-    ecp_i_mul(A->Q, a, at);
-    ecp_i_axpy(at, 1, A->x, at);
-    ecp_i_sub(at, B->x, rel);
-    return -ecp_i_dot(n, rel) - B->shape->size[3];
-}
-
 /* A base step of the length h ends with its gaps closed. From velocities that keep them closed at the
    instant, a first base step has to turn to that, by a force that does not vanish with h where the
    contact moves on a curve (an edge that a body turns about), and friction follows that force. So a
@@ -10656,6 +10719,7 @@ static ecp_real ecp_i_place(const ecp_i_posed *A, const ecp_i_posed *B, const ec
 static void ecp_i_lead_in(ecp_i_advance *a, ecp_real h)
 {
     ecp_world *w = a->w;
+    ecp_real none[3] = {0, 0, 0};
     int sweep, i;
     for (sweep = 0; sweep < 10; sweep++) {
         ecp_real worst = 0;
@@ -10663,7 +10727,7 @@ static void ecp_i_lead_in(ecp_i_advance *a, ecp_real h)
             ecp_i_phase *f = a->last + i;
             const ecp_i_part *part = ecp_i_parts(w) + f->shape_a;
             ecp_i_body *b = ecp_i_bodies(w) + part->body;
-            ecp_real q[4], R[9], n[3], at[3], v[3], gap, turn = h * ecp_i_norm(b->v + 3);
+            ecp_real q[4], n[3], at[3], v[3], gap, turn = h * ecp_i_norm(b->v + 3);
             ecp_i_posed A, B;
             ecp_i_pose_of(w, f->shape_b, b->x, &B);
             if (B.shape->kind != ECP_HALF_SPACE ||
@@ -10671,11 +10735,7 @@ static void ecp_i_lead_in(ecp_i_advance *a, ecp_real h)
                 continue;
             }
             ecp_quat_advance(b->q, b->v + 3, h, q);
-            ecp_quat_to_matrix(q, R);
-            A.shape = &part->shape;
-            if (ECP_I_PAIRS) ecp_i_set3(0, 0, 0, A.way);
-            ecp_i_matmul(R, part->rotation, A.Q);
-            ecp_i_mul(R, part->position, A.x);
+            ecp_i_pose_part(part, q, none, &A);
             /* (in the frame of the body at the end) */
             ecp_i_axpy(B.x, -h, b->v, B.x);
             gap = ecp_i_place(&A, &B, f->a, n, at);
@@ -11033,7 +11093,7 @@ static void ecp_i_way_of(const ecp_i_advance *a, int shape, const ecp_real origi
 /* the pose at the part s of the macro step */
 static void ecp_i_pose_on_way(const ecp_i_way *way, ecp_real s, ecp_i_posed *p)
 {
-    ecp_real by[6], turn[4], q[4], R[9], x[3];
+    ecp_real by[6], turn[4], q[4], x[3];
     int k;
     for (k = 0; k < 6; k++) {
         by[k] = s * ((1 - s) * ((1 - s) * way->first[k] + s * (3 * way->change[k] - way->last[k])) +
@@ -11044,12 +11104,7 @@ static void ecp_i_pose_on_way(const ecp_i_way *way, ecp_real s, ecp_i_posed *p)
     ecp_i_copy3(by + 3, turn + 1);
     ecp_quat_multiply(turn, way->q, q);
     ecp_i_quat_normalise(q);
-    ecp_quat_to_matrix(q, R);
-    p->shape = &way->part->shape;
-    if (ECP_I_PAIRS) ecp_i_set3(0, 0, 0, p->way);
-    ecp_i_matmul(R, way->part->rotation, p->Q);
-    ecp_i_mul(R, way->part->position, p->x);
-    ecp_i_axpy(p->x, 1, x, p->x);
+    ecp_i_pose_part(way->part, q, x, p);
 }
 
 /* How far two primitives are apart there; less than 0 if they overlap by more than `slack`. n: the way out of A, as
@@ -11407,7 +11462,7 @@ static int ecp_i_enough(ecp_real before, int aim, int column, const ecp_real *er
         for (k = 0; k < j; k++) e *= H / before;
         if (e < ECP_R(0.1)) return j;
     }
-    return aim;
+    return aim < column + 1 ? aim : column + 1;
 }
 
 /* The saved state goes on as it did last, for a time that is too short for a step: what is neglected is
@@ -11433,15 +11488,20 @@ static void ecp_i_drift(ecp_i_advance *a, ecp_real time)
     a->t += time;
 }
 
-/* After a macro step with a change in it, until that is passed: where the next one should end. The time
-   until the phase ahead, or until a margin is gone; H if neither is near. Returns 0 where the state
-   allows the phase ahead at once, if need be after a time that is shorter than any step. */
-static ecp_real ecp_i_hunt(ecp_i_advance *a, ecp_real H, ecp_real least)
+/* After a macro step with a change in it, until that is passed: where the next one should end, of the time that is left.
+   The time until the phase ahead, or until a margin is gone; H if neither is near. Returns 0 where the state allows the
+   phase ahead at once, if need be after a time that is too short for a macro step. */
+static ecp_real ecp_i_hunt(ecp_i_advance *a, ecp_real H, ecp_real least, ecp_real left)
 {
-    ecp_real to = H;
-    a->nearest = ecp_i_max(H, least);
+    ecp_real to = H, rate = ecp_i_fastest(a);
+    /* Macro steps that short would be all rounding. What it neglects in velocities, half the square of this in their
+       scale, is an eighth of the tolerance, unless loads have a will of their own. */
+    a->drift = least;
+    if (rate > 0 && !a->o.load)
+        a->drift = ecp_i_max(least, ecp_i_sqrt(a->o.tolerance) / (2 * rate));
+    a->nearest = ECP_R(1e30);
     if (a->looking && ecp_i_arrived(a)) return 0;
-    if (a->looking && a->nearest < least) {
+    if (a->looking && a->nearest < left && a->nearest < (a->exact ? a->drift : least)) {
         ecp_i_drift(a, a->nearest);
         return 0;
     }
@@ -11597,7 +11657,7 @@ static ecp_status ecp_i_advance_to(ecp_i_advance *a, ecp_real duration)
         if (a->o.max_solves > 0 && a->r->solves >= a->o.max_solves) return ECP_NOT_SOLVED;
         ECPSIM_MEMCPY(a->saved, a->w, a->w->state_bytes);
         if (hunting > 0 && !rejected) {
-            ecp_real to = ecp_i_hunt(a, H, least);
+            ecp_real to = ecp_i_hunt(a, H, least, left);
             if (!(to > 0)) {
                 a->looking = hunting = 0;
                 H = ecp_i_max(H, smooth / 4);
@@ -11612,6 +11672,15 @@ static ecp_status ecp_i_advance_to(ecp_i_advance *a, ecp_real duration)
         a->H = H < left ? H : left;
         if (a->H < left && a->H > left * ECP_R(0.8)) a->H = left / 2;
         forced = a->H <= least;
+        if (in_vain == 6 || (in_vain > 0 && in_vain < 6 && forced)) {
+            in_vain = 7; /* once */
+            if (ecp_i_impact_alone(a)) {
+                rejected = a->looking = hunting = in_vain = 0;
+                H = ecp_i_first_length(a);
+                aim = 3;
+                continue;
+            }
+        }
         outcome =
             ecp_i_macro(a, aim < a->o.order ? aim : a->o.order, forced, &column, error, &status);
         if (outcome == ECP_I_UNSOLVED && forced && status == ECP_NOT_SOLVED) {
@@ -11648,12 +11717,7 @@ static ecp_status ecp_i_advance_to(ecp_i_advance *a, ecp_real duration)
         }
         a->r->rejected++;
         ECPSIM_MEMCPY(a->w, a->saved, a->w->state_bytes);
-        if (outcome == ECP_I_CHANGED && ++in_vain == 6 && ecp_i_impact_alone(a)) {
-            rejected = a->looking = hunting = in_vain = 0;
-            H = ecp_i_first_length(a);
-            aim = 3;
-            continue;
-        }
+        in_vain += outcome == ECP_I_CHANGED;
         if (outcome == ECP_I_UNSOLVED) {
             /* the longer a base step, the more patches it may reach */
             if ((status != ECP_NOT_SOLVED && status != ECP_CAPACITY) || forced) return status;

@@ -1983,6 +1983,53 @@ static void test_step_momentum(void)
     }
 }
 
+/* a primitive that reaches from -0.1 to 0.1 along z, and has its farthest points there at z alone or all around it */
+static void test_step_upright(ecp_shape *s, int kind)
+{
+    const ecp_real radii[3] = {ECP_R(0.08), ECP_R(0.12), ECP_R(0.1)};
+    const ecp_real r = ECP_R(0.06), z = ECP_R(0.1);
+    ecp_status status = kind == 0   ? ecp_shape_sphere(s, z)
+                        : kind == 1 ? ecp_shape_ellipsoid(s, radii)
+                        : kind == 2 ? ecp_shape_capsule(s, r, z - r)
+                        : kind == 3 ? ecp_shape_cylinder(s, r, z)
+                        : kind == 4 ? ecp_shape_frustum(s, z, r, z)
+                                    : ecp_shape_box(s, radii);
+    CHECK(status == ECP_OK);
+}
+
+/* Two that rest near each other, and no weight: nothing happens. With nothing that moves, a gap of h vs is no more than
+   rounding beside their size, and all that the gap is known by are pivots as small. */
+static void test_step_apart(void)
+{
+    int a, b, k, i;
+    for (k = 0; k < 36 * 4; k++) {
+        ecp_world_desc d = ecp_world_desc_default();
+        ecp_body_desc desc = ecp_body_desc_default();
+        ecp_real gap = (ecp_real)test_by(k & 1 ? 1e-5 : 1e-3, k & 1 ? 1e-4 : 1e-3);
+        ecp_world *w;
+        ecp_report r;
+        ecp_shape s;
+        a = k / 4 / 6;
+        b = k / 4 % 6;
+        d.gravity[2] = 0;
+        w = test_world(&d);
+        for (i = 0; i < 9; i++) desc.inertia[i] = i % 4 == 0 ? ECP_R(0.01) : ECP_R(0);
+        for (i = 0; i < 2; i++) {
+            desc.kind = i == 0 && k & 2 ? ECP_STATIC : ECP_DYNAMIC;
+            desc.position[0] = ECP_R(0.0123) * (ecp_real)i;
+            desc.position[2] = (ECP_R(0.2) + gap) * (ecp_real)i;
+            CHECK(ecp_body_add(w, &desc, NULL) == ECP_OK);
+            test_step_upright(&s, i == 0 ? a : b);
+            CHECK(ecp_body_add_shape(w, i, &s, NULL, NULL, NULL, NULL) == ECP_OK);
+        }
+        for (i = 0; i < 3; i++) {
+            CHECK(ecp_step(w, ECP_R(0.01), NULL, &r) == ECP_OK);
+            CHECK(ecp_i_bodies(w)[1].v[2] == 0 && ecp_i_bodies(w)[1].x[2] == desc.position[2]);
+        }
+        free(w);
+    }
+}
+
 static void test_step(void)
 {
     if (sizeof(ecp_real) == sizeof(double)) test_step_joined();
@@ -2019,5 +2066,6 @@ static void test_step(void)
     test_step_passing();
     test_step_belt();
     test_step_momentum();
+    test_step_apart();
     CHECK(test_in_parts <= 1);
 }

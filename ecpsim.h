@@ -10946,7 +10946,7 @@ static void ecp_i_project_velocities(ecp_i_advance *a)
 /* The step h of the world at rest, without weight, on to which the normal impulses press that the contacts
    have just had, times `press`. Its displacement is the least, in the norm of the kinetic energy, that closes gaps
    and overlaps; of its result the poses are kept, velocities and the rest stay; without `press` not even these if
-   no body moves by more than rounding. Returns whether it is solved. */
+   no body moves by more than rounding. What lies deep may need shorter steps. Returns whether it is solved. */
 static int ecp_i_still_step(ecp_i_advance *a, ecp_real h, ecp_real press)
 {
     ecp_world *w = a->w;
@@ -10975,7 +10975,9 @@ static int ecp_i_still_step(ecp_i_advance *a, ecp_real h, ecp_real press)
     ecp_i_copy3(none, w->desc.gravity);
     ECPSIM_MEMSET(&quiet, 0, sizeof quiet);
     status = ecp_i_step_once(w, h, &a->step, a->bytes, NULL, &quiet);
-    a->r->solves++;
+    if (status == ECP_NOT_SOLVED && press == 0 && ecp_i_may(&a->step, ECP_FALLBACK_SUBSTEPS))
+        status = ecp_i_step_by_parts(w, h, &a->step, a->bytes, 0, &quiet);
+    a->r->solves += quiet.substeps > 1 ? quiet.substeps : 1;
     for (i = 0; status == ECP_OK && i < w->bodies; i++) {
         ecp_i_sub(b[i].x, kept[i].x, way);
         moved |= ecp_i_norm(way) > 64 * ECP_I_EPSILON * (b[i].length + ecp_i_norm(b[i].x));

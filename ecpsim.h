@@ -11464,7 +11464,7 @@ static int ecp_i_enough(ecp_real before, int aim, int column, const ecp_real *er
         for (k = 0; k < j; k++) e *= H / before;
         if (e < ECP_R(0.1)) return j;
     }
-    return aim < column + 1 ? aim : column + 1;
+    return aim;
 }
 
 /* The saved state goes on as it did last, for a time that is too short for a step: what is neglected is

@@ -4991,9 +4991,19 @@ static void ecp_i_block_slack(ecp_i_pair *c)
     }
 }
 
-/* Of the columns that are to take small pivots, that of the gap d: what hardly moves, with h vs next to nothing beside L,
-   knows it by pivots that are as small. Returns what is no pivot there. */
-static ecp_real ecp_i_block_gap(ecp_i_pair *c, ecp_real h)
+/* What is no pivot in the column of the gap d: that beside its largest entry. Where nothing moves, h vs is next to nothing
+   beside L, and of a gap that is open all entries are as small. */
+static ecp_real ecp_i_no_gap_pivot(const ecp_i_pair *c)
+{
+    ecp_real most = 0;
+    int i;
+    for (i = 0; i < c->columns - 1; i++)
+        most = ecp_i_max(most, ecp_i_abs(c->block[c->columns * i + 3 + c->kl]));
+    return ECP_I_NO_PIVOT * ecp_i_min(1, most);
+}
+
+/* of the columns that are to take small pivots, that of the gap */
+static void ecp_i_block_gap(ecp_i_pair *c)
 {
     int j;
     for (j = c->pivots; j < c->ny; j++) {
@@ -5002,7 +5012,6 @@ static ecp_real ecp_i_block_gap(ecp_i_pair *c, ecp_real h)
         c->col_tag[j] &= ~ECP_I_GAP;
         if (small && c->col_order[j] == 3 + c->kl) c->col_tag[j] |= ECP_I_GAP;
     }
-    return ECP_I_NO_PIVOT * ecp_i_min(1, h * c->V / c->L);
 }
 
 /* in which order the rows have become pivots, which ecp_i_block_again needs: there where pairs are */
@@ -5018,9 +5027,10 @@ static void ecp_i_block_stage(ecp_i_pair *c, int mask, ecp_real tolerance)
 
 /* geometry by geometry, impulses by impulses, then what is left of either by the other, and last the
    small ones */
-static void ecp_i_block_eliminate(ecp_i_pair *c, ecp_real h)
+static void ecp_i_block_eliminate(ecp_i_pair *c)
 {
     ecp_real tolerance = ecp_i_relax(c) > 0 ? ECP_I_NO_PIVOT : ecp_i_sqrt(ECP_I_EPSILON) / 4;
+    ecp_real smallest = ECP_I_NO_PIVOT;
     int i, before = -1;
     for (i = 0; i < c->ny; i++) {
         c->col_order[i] = i;
@@ -5028,6 +5038,7 @@ static void ecp_i_block_eliminate(ecp_i_pair *c, ecp_real h)
         c->row_tag[i] = c->col_tag[i] =
             i < c->ny - 1 - ecp_i_nf(c) ? ECP_I_GEOMETRY : ECP_I_IMPULSE;
     }
+    if (!ecp_i_on_plane(c)) smallest = ecp_i_no_gap_pivot(c);
     c->pivots = 0;
     ecp_i_block_stage(c, ECP_I_GEOMETRY, tolerance);
     ecp_i_block_stage(c, ECP_I_IMPULSE, tolerance);
@@ -5036,8 +5047,10 @@ static void ecp_i_block_eliminate(ecp_i_pair *c, ecp_real h)
         before = c->pivots;
         ecp_i_block_slack(c);
         ecp_i_block_stage(c, ECP_I_LAST, ECP_I_NO_PIVOT);
-        if (c->pivots == before && !ecp_i_on_plane(c))
-            ecp_i_block_stage(c, ECP_I_GAP, ecp_i_block_gap(c, h));
+        if (c->pivots == before && !ecp_i_on_plane(c)) {
+            ecp_i_block_gap(c);
+            ecp_i_block_stage(c, ECP_I_GAP, smallest);
+        }
     }
 }
 
@@ -6321,7 +6334,7 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
         if (s->arena->overflow) return 0;
         ecp_i_block_fill(c, z + c->at, F + c->at, s->h, ECP_I_CENTRING && s->centring,
                          ecp_i_normal_floor(s, c));
-        ecp_i_block_eliminate(c, s->h);
+        ecp_i_block_eliminate(c);
     }
     for (i = 0; i < n; i++) dz[i] = -F[i];
     t->same = ecp_i_max(ECP_I_FINEST_CONSTRAINT, ecp_i_min(ECP_I_SAME_CONSTRAINT, fine));

@@ -1052,7 +1052,7 @@ static void elimination_collect(elimination_island *e, elimination_dense *d)
         ecp_i_pair *c = e->members[k];
         ecp_i_block_condense(c, e->z + c->at, e->s.centring);
         ecp_i_block_fill(c, e->z + c->at, e->F + c->at, e->s.h, e->s.centring, 0);
-        ecp_i_block_eliminate(c, e->s.h);
+        ecp_i_block_eliminate(c);
         d->m += c->ny - c->pivots;
     }
     CHECK(d->m <= ELIMINATION_LEFT);

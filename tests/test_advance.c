@@ -907,8 +907,8 @@ static void advance_deep(void)
         CHECK(ecp_advance(w, ECP_R(0.3), &o, NULL) == ECP_OK);
         CHECK(advance_ball_speed(w) < 1.5);
         x = ecp_i_bodies(w)[1].x;
-        along = fabs(x[0] * cos(0.3) + x[1] * sin(0.3)) - 1.2;
-        across = fabs(x[1] * cos(0.3) - x[0] * sin(0.3)) - 0.02;
+        along = fabs((double)x[0] * cos(0.3) + (double)x[1] * sin(0.3)) - 1.2;
+        across = fabs((double)x[1] * cos(0.3) - (double)x[0] * sin(0.3)) - 0.02;
         CHECK(hypot(fmax(along, 0), fmax(across, 0)) >= 0.05 - test_by(1e-5, 1e-4));
         free(w);
     }

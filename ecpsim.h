@@ -4991,15 +4991,16 @@ static void ecp_i_block_slack(ecp_i_pair *c)
     }
 }
 
-/* What is no pivot in the column of the gap d: that beside its largest entry. Where nothing moves, h vs is next to nothing
-   beside L, and of a gap that is open all entries are as small. */
+/* What is no pivot in the column of the gap d: where that is hardly more than rounding as a whole, what is rounding beside
+   its largest entry. Where nothing moves, h vs is next to nothing beside L, and of a gap that is open all entries are as
+   small. */
 static ecp_real ecp_i_no_gap_pivot(const ecp_i_pair *c)
 {
     ecp_real most = 0;
     int i;
     for (i = 0; i < c->columns - 1; i++)
         most = ecp_i_max(most, ecp_i_abs(c->block[c->columns * i + 3 + c->kl]));
-    return ECP_I_NO_PIVOT * ecp_i_min(1, most);
+    return most < 4 * ECP_I_NO_PIVOT ? ECP_I_NO_PIVOT * most : ECP_I_NO_PIVOT;
 }
 
 /* of the columns that are to take small pivots, that of the gap */

@@ -5008,10 +5008,10 @@ static void ecp_i_block_gap(ecp_i_pair *c)
 {
     int j;
     for (j = c->pivots; j < c->ny; j++) {
-        int small = c->col_tag[j] & ECP_I_LAST;
+        int late = c->col_tag[j] & ECP_I_LAST;
         c->row_tag[j] |= ECP_I_GAP;
         c->col_tag[j] &= ~ECP_I_GAP;
-        if (small && c->col_order[j] == 3 + c->kl) c->col_tag[j] |= ECP_I_GAP;
+        if (late && c->col_order[j] == 3 + c->kl) c->col_tag[j] |= ECP_I_GAP;
     }
 }
 
@@ -10470,8 +10470,8 @@ static int ecp_i_stick_fits(ecp_i_advance *a, const ecp_i_phase *f)
         if (!exact || time > a->drift) {
             /* not quite: base steps that reach beyond it end the macro step. What is left should be long enough for
                another one, or short enough to drift. */
-            int far = time > a->H / 8 || (exact && time > 1000 * a->drift);
-            time *= far ? ECP_R(0.98) : ECP_R(0.999);
+            int much = time > a->H / 8 || (exact && time > 1000 * a->drift);
+            time *= much ? ECP_R(0.98) : ECP_R(0.999);
         }
         if (time < a->nearest) {
             a->nearest = time;

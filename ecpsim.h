@@ -11688,8 +11688,9 @@ static ecp_status ecp_i_advance_to(ecp_i_advance *a, ecp_real duration)
         a->H = H < left ? H : left;
         if (a->H < left && a->H > left * ECP_R(0.8)) a->H = left / 2;
         forced = a->H <= least;
+        /* the phases may be those of an impact alone: tried once, at the latest before a macro step is forced */
         if (in_vain == 6 || (in_vain > 0 && in_vain < 6 && forced)) {
-            in_vain = 7; /* once */
+            in_vain = 7;
             if (ecp_i_impact_alone(a)) {
                 rejected = a->looking = hunting = in_vain = 0;
                 H = ecp_i_first_length(a);

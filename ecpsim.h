@@ -6474,6 +6474,10 @@ static int ecp_i_in_haste(const ecp_i_problem *p) { return ECP_I_PAIRS && p->hur
    a semismooth system a step that brings the right set of active constraints may raise the merit. */
 #define ECP_I_SLACK ECP_R(1e-2)
 
+/* a step that moves no unknown by this part of the tolerance mends nothing that is above it, and nor would the ones
+   after it */
+#define ECP_I_STANDSTILL ECP_R(0.02)
+
 /* Compliances in the units of the rows: the first one that is tried, the largest, what a stride needs at
    least, and what is none. */
 #ifdef ECPSIM_FLOAT
@@ -6546,6 +6550,8 @@ static ecp_real ecp_i_line_search(const ecp_i_problem *p, const ecp_real *z, ecp
     ecp_real shortest =
         s->compliance < ECP_I_MOST_COMPLIANCE ? ECP_I_SHORT_STEP : ECP_I_SHORTEST_STEP;
     int i;
+    if (was.error > tolerance && ecp_i_largest(p->n, p->dz) < tolerance * ECP_I_STANDSTILL)
+        return 0;
     for (i = 0; i < ECP_I_MEMORY; i++) best = ecp_i_max(best, s->merits[i]);
     s->slack /= 4;
     for (; t >= shortest; t /= 2) {
@@ -9190,16 +9196,8 @@ static int ecp_i_turns_up(const ecp_i_pair *c, const ecp_i_patch *old)
 /* the last of the starts; fallbacks that a program does without need none but the warm one */
 #define ECP_I_STARTS ((ECPSIM_FALLBACKS) & ~(ECP_FALLBACK_SUBSTEPS | ECP_FALLBACK_CHORD) ? 11 : 0)
 
-/* Is it a pair that starts after the others, warm or geometric as it has turned out then? */
-static int ecp_i_waits(const ecp_i_island *s, const ecp_i_pair *c, int first)
-{
-    const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
-    return first && !ecp_i_on_plane(c) && (!old || old->guess || !(old->contact.p_n > 0));
-}
-
-/* The unknowns of a patch in start k, its impulse on the bodies, and what that may be off. Returns whether that is
-   the impulse of the last step. */
-static int ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, ecp_real *z)
+/* the unknowns of a patch in start k, its impulse on the bodies, and what that may be off */
+static void ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, ecp_real *z)
 {
     static const ecp_real none[3] = {0, 0, 0};
     const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
@@ -9229,7 +9227,6 @@ static int ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, e
     ecp_i_pair_noise(c, s->h, 2 * s->noise);
     if (ecp_i_moves_a(c)) ecp_i_wrench(c, c->ma, warm ? c->ra : none, 1);
     if (ecp_i_moves_b(c)) ecp_i_wrench(c, c->mb, warm ? c->rb : none, -1);
-    return warm;
 }
 
 /* a change of a body's velocities in units of its unknowns */
@@ -9252,7 +9249,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
     static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)};
     ecp_i_island *s = (ecp_i_island *)self;
     ecp_real dv[6];
-    int i, j, first = ECP_I_STARTS == 0 || k == 0 || k == ECP_I_STARTS, waiting = 0, known = 1;
+    int i, j, first = ECP_I_STARTS == 0 || k == 0 || k == ECP_I_STARTS;
     if (k > ECP_I_STARTS) return 0;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
@@ -9265,22 +9262,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
         m->noise = m->jitter = 0;
         ecp_i_move(m, s->h, dv);
     }
-    /* pairs that are new, or were not loaded, where the impulses of the others lead if these are known */
-    for (i = 0; i < s->pair_count; i++) {
-        if (ecp_i_waits(s, s->pairs[i], first))
-            waiting = 1;
-        else
-            known &= ecp_i_start_patch(s, s->pairs[i], k, first, z);
-    }
-    for (i = 0; waiting && known && i < ecp_i_body_count(s); i++) {
-        ecp_i_motion *m = ecp_i_mover(s, i);
-        ecp_i_velocity_change(m, m->residual, dv);
-        for (j = 0; j < 6; j++) dv[j] = m->free[j] - dv[j];
-        ecp_i_move(m, s->h, dv);
-    }
-    for (i = 0; waiting && i < s->pair_count; i++) {
-        if (ecp_i_waits(s, s->pairs[i], first)) ecp_i_start_patch(s, s->pairs[i], k, first, z);
-    }
+    for (i = 0; i < s->pair_count; i++) ecp_i_start_patch(s, s->pairs[i], k, first, z);
     s->still = first;
     if (k == 2) return ecp_i_start_spots(s, z);
     for (i = 0; first && i < ecp_i_body_count(s); i++) {
@@ -9658,6 +9640,75 @@ static void ecp_i_island_balance(const ecp_i_island *s)
     }
 }
 
+/* The whole chain: in float first with normals held to rounding, and if that finds nothing with the tolerance alone;
+   last along the chord of the step. */
+static int ecp_i_solve_equations(ecp_i_island *s, const ecp_i_problem *p, const ecp_options *o,
+                                 ecp_real *z, ecp_i_effort *effort)
+{
+    int solved;
+    do {
+        solved = ecp_i_solve(p, o, z, effort);
+    } while (!solved && ECP_I_STRICT_NORMALS && !s->loose++);
+    if (!solved && ECP_I_FRICTION && ecp_i_may(o, ECP_FALLBACK_CHORD) && !ecp_i_in_haste(p)) {
+        effort->fallbacks |= ECP_FALLBACK_CHORD;
+        s->chord = s->h;
+        solved = ecp_i_solve(p, o, z, effort);
+    }
+    return solved;
+}
+
+/* adds an island to the report */
+static void ecp_i_count_island(const ecp_i_step *step, const ecp_i_island *s,
+                               const ecp_i_effort *effort, ecp_real merit)
+{
+    ecp_report *r = step->r;
+    r->islands++;
+    r->unknowns += s->unknowns;
+    r->iterations += effort->iterations;
+    r->evaluations += effort->evaluations;
+    r->fallbacks |= effort->fallbacks;
+    r->merit += merit;
+    ecp_i_worst(&r->natural_residual, effort->size.largest);
+}
+
+/* Is what the chain ended with a solution to keep? The last residual was that of z, F. */
+static ecp_status ecp_i_judge(const ecp_i_step *step, const ecp_i_island *s,
+                              const ecp_i_effort *effort, const ecp_real *F, ecp_real merit,
+                              int solved)
+{
+    const ecp_options *o = step->o;
+    /* near overflow rounding floors let anything pass */
+    ecp_real error = solved ? effort->size.largest : effort->size.error;
+    if (!solved || !ecp_i_finite(merit)) {
+        const ecp_i_pair *c = ECP_I_PAIRS && error <= o->tolerance ? ecp_i_passing(s) : NULL;
+        if (c) return ecp_i_not_solved(step, c, ecp_i_passes(c, c->n), 0);
+        return ecp_i_not_solved(step, ecp_i_worst_pair(s, F), error, o->tolerance);
+    }
+    if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_SUBSTEPS) {
+        ecp_real work = ecp_i_contact_work(s, o->tolerance);
+        ecp_i_worst(&step->r->work, work);
+        if (ecp_i_works(o, step->r)) {
+            return ecp_i_not_solved(step, s->pairs[0], work, ECP_I_MOST_WORK);
+        }
+    }
+    return ECP_OK;
+}
+
+/* the records of the island's patches, from its solution z */
+static void ecp_i_record_island(ecp_i_step *step, ecp_i_island *s, const ecp_real *z, int label,
+                                int centred)
+{
+    int i;
+    ecp_i_carve_records(step, label);
+    for (i = 0; i < s->pair_count; i++) {
+        ecp_i_pair *c = s->pairs[i];
+        ecp_i_record(c, z + c->at, s->h, step->o);
+        if (centred <= 0) c->record->centred = centred;
+        if (!ECP_I_FRICTION) continue;
+        step->r->worst_cone = ecp_i_max(step->r->worst_cone, ecp_i_cone_violation(c));
+    }
+}
+
 static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
 {
     ecp_i_island s;
@@ -9665,8 +9716,9 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     const ecp_options *o = step->o;
     ecp_i_effort effort = ecp_i_effort_after(o, step->r->iterations);
     ecp_real *vectors[ECP_I_VECTORS], *z, *best, merit;
+    ecp_status status;
     size_t mark = step->arena.used;
-    int i, solved, centred = 1;
+    int solved, centred = 1;
     ecp_i_open_island(step, label, &s);
     if (s.pair_count == 0) return ECP_OK;
     ecp_i_carve_vectors(&step->arena, s.unknowns, vectors);
@@ -9678,15 +9730,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     ecp_i_island_units(&s);
     if (ECP_I_PAIRS) p.hurries = ecp_i_hurries(step, &s);
     if (ecp_i_in_haste(&p)) *step->cut = 1;
-    /* in float first with normals held to rounding, and if that finds nothing with the tolerance alone */
-    do {
-        solved = ecp_i_solve(&p, o, z, &effort);
-    } while (!solved && ECP_I_STRICT_NORMALS && !s.loose++);
-    if (!solved && ECP_I_FRICTION && ecp_i_may(o, ECP_FALLBACK_CHORD) && !ecp_i_in_haste(&p)) {
-        effort.fallbacks |= ECP_FALLBACK_CHORD;
-        s.chord = s.h;
-        solved = ecp_i_solve(&p, o, z, &effort);
-    }
+    solved = ecp_i_solve_equations(&s, &p, o, z, &effort);
     if (ECP_I_CENTRING && solved && o->rule == ECP_CENTRED) {
         if (s.many || s.uncentred)
             centred = ecp_i_centre(&s, &p, step, z, best, &effort);
@@ -9696,37 +9740,13 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     }
     if (step->arena.overflow) return ecp_i_no_room(step, &s, label);
     if (!solved) p.residual(&s, z, 0, p.F, &effort.size);
-    step->r->islands++;
-    step->r->unknowns += s.unknowns;
-    step->r->iterations += effort.iterations;
-    step->r->evaluations += effort.evaluations;
-    step->r->fallbacks |= effort.fallbacks;
     if (ecp_i_watched(step) && !ecp_i_unbound(o, &effort)) {
         step->motions[label].stirred = 1; /* does not sleep */
     }
     merit = ecp_i_merit(p.n, p.F);
-    step->r->merit += merit;
-    ecp_i_worst(&step->r->natural_residual, effort.size.largest);
-    if (solved && !ecp_i_finite(merit)) {
-        /* near overflow rounding floors let anything pass */
-        solved = 0;
-        effort.size.error = effort.size.largest;
-    }
-    if (!solved && ECP_I_PAIRS && effort.size.error <= o->tolerance) {
-        const ecp_i_pair *c = ecp_i_passing(&s);
-        if (c) return ecp_i_not_solved(step, c, ecp_i_passes(c, c->n), 0);
-    }
-    if (!solved) {
-        return ecp_i_not_solved(step, ecp_i_worst_pair(&s, p.F), effort.size.error,
-                                step->o->tolerance);
-    }
-    if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_SUBSTEPS) {
-        ecp_real work = ecp_i_contact_work(&s, o->tolerance);
-        ecp_i_worst(&step->r->work, work);
-        if (ecp_i_works(step->o, step->r)) {
-            return ecp_i_not_solved(step, s.pairs[0], work, ECP_I_MOST_WORK);
-        }
-    }
+    ecp_i_count_island(step, &s, &effort, merit);
+    status = ecp_i_judge(step, &s, &effort, p.F, merit, solved);
+    if (status != ECP_OK) return status;
     /* what was not written need not be cleared */
     if (effort.evaluations == 1 && step->arena.used == s.begin) {
         step->arena.used = (size_t)((unsigned char *)best - step->arena.base);
@@ -9734,14 +9754,8 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     /* of all this memory only z is needed any more */
     ecp_i_release(&step->arena, mark + ecp_i_bytes((size_t)s.unknowns, sizeof(ecp_real)),
                   step->arena.top);
-    ecp_i_carve_records(step, label);
-    for (i = 0; i < s.pair_count; i++) {
-        ecp_i_pair *c = s.pairs[i];
-        ecp_i_record(c, z + c->at, s.h, o);
-        if (!centred) c->record->centred = effort.most < 0 ? 0 : -1;
-        if (!ECP_I_FRICTION) continue;
-        step->r->worst_cone = ecp_i_max(step->r->worst_cone, ecp_i_cone_violation(c));
-    }
+    if (!centred && effort.most >= 0) centred = -1;
+    ecp_i_record_island(step, &s, z, label, centred);
     if (ECP_I_PAIRS && !(s.still && effort.iterations == 0)) ecp_i_island_balance(&s);
     if (ecp_i_in_haste(&p)) *step->cut = 0;
     return ECP_OK;

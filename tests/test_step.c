@@ -2029,6 +2029,38 @@ static void test_step_apart(void)
     }
 }
 
+/* Two cylinders side by side in free flight, that turn against each other by next to nothing: less than Newton mends
+   without damping, so that its steps come to a standstill. Each iteration after that would be the same again. */
+static void test_step_standstill(void)
+{
+    const ecp_real turns[2] = {ECP_R(1e-12), ECP_R(1e-10)}, speeds[2] = {ECP_R(0.05), ECP_R(1.0)};
+    int k, i, iterations = 0;
+    for (k = 0; k < 4; k++) {
+        ecp_world_desc d = ecp_world_desc_default();
+        ecp_body_desc desc = ecp_body_desc_default();
+        ecp_world *w;
+        ecp_report r;
+        ecp_shape s;
+        d.gravity[2] = 0;
+        w = test_world(&d);
+        for (i = 0; i < 9; i++) desc.inertia[i] = i % 4 == 0 ? ECP_R(0.15) : ECP_R(0);
+        CHECK(ecp_shape_cylinder(&s, ECP_R(0.5), ECP_R(0.5)) == ECP_OK);
+        desc.velocity[0] = speeds[k / 2];
+        for (i = 0; i < 2; i++) {
+            desc.position[0] = (1 + ECP_R(1e-10)) * (ecp_real)i;
+            desc.angular_velocity[1] = turns[k % 2] * (ecp_real)i;
+            CHECK(ecp_body_add(w, &desc, NULL) == ECP_OK);
+            CHECK(ecp_body_add_shape(w, i, &s, NULL, NULL, NULL, NULL) == ECP_OK);
+        }
+        for (i = 0; i < 50; i++) {
+            CHECK(ecp_step(w, 1 / ECP_R(60.0), NULL, &r) == ECP_OK);
+            iterations += r.iterations;
+        }
+        free(w);
+    }
+    CHECK(iterations <= 1000);
+}
+
 static void test_step(void)
 {
     if (sizeof(ecp_real) == sizeof(double)) test_step_joined();
@@ -2066,5 +2098,6 @@ static void test_step(void)
     test_step_belt();
     test_step_momentum();
     test_step_apart();
+    test_step_standstill();
     CHECK(test_in_parts <= 1);
 }

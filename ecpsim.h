@@ -11671,102 +11671,150 @@ static ecp_status ecp_i_advance_paced(ecp_i_advance *a, ecp_real duration)
     return ECP_OK;
 }
 
+/* How long the next macro step is to be, and of which order; what is known of the last good one */
+typedef struct ecp_i_pace {
+    ecp_real H, smooth; /* smooth: the length before an event was looked for */
+    ecp_real error[ECP_I_MAX_ORDER + 1], good[ECP_I_MAX_ORDER + 1], good_H;
+    int aim, column, good_column;
+    int hunting;           /* for so many macro steps they lead up to an event */
+    int rejected, in_vain; /* of the last one; so many in a row for phases that changed */
+} ecp_i_pace;
+
+/* as a call begins, and after an impact alone */
+static void ecp_i_pace_begin(const ecp_i_advance *a, ecp_i_pace *p)
+{
+    p->H = ecp_i_first_length(a);
+    p->aim = 3;
+    p->hunting = p->rejected = p->in_vain = 0;
+}
+
+/* the order that lets the error of the last good one be reached with this length */
+static void ecp_i_pace_aim(const ecp_i_advance *a, ecp_i_pace *p)
+{
+    p->aim = ecp_i_enough(p->good_H, a->o.order, p->good_column, p->good, p->H);
+}
+
+/* the length of the macro step that is tried, a->H; drifts on where nothing happens until an event */
+static void ecp_i_pace_choose(ecp_i_advance *a, ecp_i_pace *p, ecp_real least, ecp_real duration)
+{
+    ecp_real left = duration - a->t;
+    if (p->hunting > 0 && !p->rejected) {
+        ecp_real to = ecp_i_hunt(a, p->H, least, left);
+        if (!(to > 0)) {
+            a->looking = p->hunting = 0;
+            p->H = ecp_i_max(p->H, p->smooth / 4);
+            p->aim = 4;
+        } else if (to < p->H) {
+            p->H = to;
+            ecp_i_pace_aim(a, p);
+        }
+        left = duration - a->t;
+    }
+    p->H = ecp_i_max(ecp_i_min(p->H, ecp_i_longest(a)), least);
+    a->H = p->H < left ? p->H : left;
+    if (a->H < left && a->H > left * ECP_R(0.8)) a->H = left / 2;
+}
+
+/* after a macro step that was done, or passed an event at first order */
+static void ecp_i_pace_accepted(ecp_i_advance *a, ecp_i_pace *p, int passed)
+{
+    if (passed || a->impact || a->brief) a->looking = p->hunting = 0;
+    if (passed) {
+        p->H = 2 * a->H;
+        p->aim = 2;
+        return;
+    }
+    ECPSIM_MEMCPY(p->good, p->error, sizeof p->good);
+    p->good_column = p->column;
+    p->good_H = a->H;
+    p->H = ecp_i_choose(a, p->column, p->error, &p->aim);
+    if (!(p->hunting > 0)) {
+        a->looking = 0;
+        p->smooth = p->H;
+        return;
+    }
+    /* no longer than the last one was, for some time */
+    p->hunting--;
+    if (p->H > a->H) {
+        p->H = a->H;
+        ecp_i_pace_aim(a, p);
+    }
+}
+
+/* after one that was not */
+static void ecp_i_pace_rejected(ecp_i_advance *a, ecp_i_pace *p, ecp_i_outcome outcome,
+                                ecp_real least)
+{
+    p->in_vain += outcome == ECP_I_CHANGED;
+    if (outcome == ECP_I_UNSOLVED) {
+        p->H = a->H / 4;
+    } else if (outcome == ECP_I_UNCONVERGED) {
+        p->H = ecp_i_min(ecp_i_choose(a, p->column, p->error, &p->aim), a->H / 2);
+    } else if (a->brief && !a->changed) {
+        /* it is at the beginning: short enough to hide nothing, as far as first order can tell */
+        ecp_real hides = ecp_i_hidden(a, a->rows);
+        p->H = a->H * (hides > 4 ? ECP_R(0.9) / ecp_i_sqrt(hides) : ECP_R(0.5));
+        p->hunting = 12;
+        p->aim = 2;
+    } else {
+        p->hunting = 12;
+        p->H = ecp_i_min(a->nearest, ecp_i_margin_time(a));
+        if (!(p->H < ECP_R(0.95) * a->H) || p->H < least) p->H = a->H / 2;
+        ecp_i_pace_aim(a, p);
+    }
+}
+
+/* the phases may be those of an impact alone: tried once, at the latest before a macro step is forced */
+static int ecp_i_pace_tries_impact(ecp_i_advance *a, ecp_i_pace *p, int forced)
+{
+    if (!(p->in_vain == 6 || (p->in_vain > 0 && p->in_vain < 6 && forced))) return 0;
+    p->in_vain = 7;
+    return ecp_i_impact_alone(a);
+}
+
 static ecp_status ecp_i_advance_to(ecp_i_advance *a, ecp_real duration)
 {
-    ecp_real error[ECP_I_MAX_ORDER + 1], good[ECP_I_MAX_ORDER + 1], good_H = 0;
-    ecp_real H = ecp_i_first_length(a), smooth = H;
-    int aim = 3, column = 0, good_column = 0, hunting = 0, rejected = 0, in_vain = 0;
+    ecp_i_pace p;
     ecp_i_patience patience = {0, 0};
     ecp_status status = ECP_OK;
+    ECPSIM_MEMSET(&p, 0, sizeof p);
+    ecp_i_pace_begin(a, &p);
+    p.smooth = p.H;
     while (a->t < duration) {
         ecp_i_outcome outcome;
         /* (and no shorter than what is a step in time at all) */
-        ecp_real left = duration - a->t,
-                 least = ecp_i_max(ecp_i_floor(a, &patience), ECP_I_EPSILON * duration);
+        ecp_real least = ecp_i_max(ecp_i_floor(a, &patience), ECP_I_EPSILON * duration);
         int forced;
         if (a->o.max_solves > 0 && a->r->solves >= a->o.max_solves) return ECP_NOT_SOLVED;
         ECPSIM_MEMCPY(a->saved, a->w, a->w->state_bytes);
-        if (hunting > 0 && !rejected) {
-            ecp_real to = ecp_i_hunt(a, H, least, left);
-            if (!(to > 0)) {
-                a->looking = hunting = 0;
-                H = ecp_i_max(H, smooth / 4);
-                aim = 4;
-            } else if (to < H) {
-                H = to;
-                aim = ecp_i_enough(good_H, a->o.order, good_column, good, H);
-            }
-            left = duration - a->t;
-        }
-        H = ecp_i_max(ecp_i_min(H, ecp_i_longest(a)), least);
-        a->H = H < left ? H : left;
-        if (a->H < left && a->H > left * ECP_R(0.8)) a->H = left / 2;
+        ecp_i_pace_choose(a, &p, least, duration);
         forced = a->H <= least;
-        /* the phases may be those of an impact alone: tried once, at the latest before a macro step is forced */
-        if (in_vain == 6 || (in_vain > 0 && in_vain < 6 && forced)) {
-            in_vain = 7;
-            if (ecp_i_impact_alone(a)) {
-                rejected = a->looking = hunting = in_vain = 0;
-                H = ecp_i_first_length(a);
-                aim = 3;
-                continue;
-            }
+        if (ecp_i_pace_tries_impact(a, &p, forced)) {
+            a->looking = 0;
+            ecp_i_pace_begin(a, &p);
+            continue;
         }
-        outcome =
-            ecp_i_macro(a, aim < a->o.order ? aim : a->o.order, forced, &column, error, &status);
+        outcome = ecp_i_macro(a, p.aim < a->o.order ? p.aim : a->o.order, forced, &p.column,
+                              p.error, &status);
         if (outcome == ECP_I_UNSOLVED && forced && status == ECP_NOT_SOLVED) {
-            outcome = ecp_i_plain_step(a, left, &status);
-            column = 1;
-            error[1] = 2;
+            outcome = ecp_i_plain_step(a, duration - a->t, &status);
+            p.column = 1;
+            p.error[1] = 2;
         }
-        rejected = outcome != ECP_I_DONE && outcome != ECP_I_PASSED;
-        if (!rejected) {
-            in_vain = 0;
-            ecp_i_accept(a, outcome == ECP_I_PASSED, column, error[column], duration);
-            if (outcome == ECP_I_PASSED || a->impact || a->brief) a->looking = hunting = 0;
-            if (outcome == ECP_I_PASSED) {
-                H = 2 * a->H;
-                aim = 2;
-                continue;
-            }
-            ECPSIM_MEMCPY(good, error, sizeof good);
-            good_column = column;
-            good_H = a->H;
-            H = ecp_i_choose(a, column, error, &aim);
-            if (hunting > 0) {
-                /* no longer than the last one was, for some time */
-                hunting--;
-                if (H > a->H) {
-                    H = a->H;
-                    aim = ecp_i_enough(good_H, a->o.order, good_column, good, H);
-                }
-            } else {
-                a->looking = 0;
-                smooth = H;
-            }
+        p.rejected = outcome != ECP_I_DONE && outcome != ECP_I_PASSED;
+        if (!p.rejected) {
+            p.in_vain = 0;
+            ecp_i_accept(a, outcome == ECP_I_PASSED, p.column, p.error[p.column], duration);
+            ecp_i_pace_accepted(a, &p, outcome == ECP_I_PASSED);
             continue;
         }
         a->r->rejected++;
         ECPSIM_MEMCPY(a->w, a->saved, a->w->state_bytes);
-        in_vain += outcome == ECP_I_CHANGED;
-        if (outcome == ECP_I_UNSOLVED) {
-            /* the longer a base step, the more patches it may reach */
-            if ((status != ECP_NOT_SOLVED && status != ECP_CAPACITY) || forced) return status;
-            H = a->H / 4;
-        } else if (outcome == ECP_I_UNCONVERGED) {
-            H = ecp_i_min(ecp_i_choose(a, column, error, &aim), a->H / 2);
-        } else if (a->brief && !a->changed) {
-            /* it is at the beginning: short enough to hide nothing, as far as first order can tell */
-            ecp_real hides = ecp_i_hidden(a, a->rows);
-            H = a->H * (hides > 4 ? ECP_R(0.9) / ecp_i_sqrt(hides) : ECP_R(0.5));
-            hunting = 12;
-            aim = 2;
-        } else {
-            hunting = 12;
-            H = ecp_i_min(a->nearest, ecp_i_margin_time(a));
-            if (!(H < ECP_R(0.95) * a->H) || H < least) H = a->H / 2;
-            aim = ecp_i_enough(good_H, a->o.order, good_column, good, H);
-        }
+        /* the longer a base step, the more patches it may reach */
+        if (outcome == ECP_I_UNSOLVED &&
+            ((status != ECP_NOT_SOLVED && status != ECP_CAPACITY) || forced))
+            return status;
+        ecp_i_pace_rejected(a, &p, outcome, least);
     }
     return ECP_OK;
 }

@@ -109,16 +109,16 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 55,156.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 55,136.
 
-       ECPSIM_NO_PAIRS     20,288  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     20,300  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   3,908  contacts are smooth, whatever the materials say
+       ECPSIM_NO_FRICTION   3,920  contacts are smooth, whatever the materials say
        ECPSIM_NO_SLEEP      1,228  options.sleep = 1 is ECP_BAD_OPTION
        ECPSIM_NO_CENTRING   1,148  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     6,852  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
+       ECPSIM_FALLBACKS     6,856  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
                                    nothing is said). Options that ask for others are ECP_BAD_OPTION.
-                                   3,108 if it is ECP_FALLBACK_GEOMETRIC; without
+                                   3,112 if it is ECP_FALLBACK_GEOMETRIC; without
                                    ECP_FALLBACK_SUBSTEPS 1,572 and the work memory for a second state
 
    MEMORY
@@ -6474,9 +6474,13 @@ static int ecp_i_in_haste(const ecp_i_problem *p) { return ECP_I_PAIRS && p->hur
    a semismooth system a step that brings the right set of active constraints may raise the merit. */
 #define ECP_I_SLACK ECP_R(1e-2)
 
-/* a step that moves no unknown by this part of the tolerance mends nothing that is above it, and nor would the ones
-   after it */
+/* A step that moves no unknown by this part of the tolerance mends nothing that is above it, and nor would the ones
+   after it. In float so little is rounding, and says nothing. */
+#ifdef ECPSIM_FLOAT
+#define ECP_I_STANDSTILL ECP_R(0.0)
+#else
 #define ECP_I_STANDSTILL ECP_R(0.02)
+#endif
 
 /* Compliances in the units of the rows: the first one that is tried, the largest, what a stride needs at
    least, and what is none. */
@@ -6550,7 +6554,8 @@ static ecp_real ecp_i_line_search(const ecp_i_problem *p, const ecp_real *z, ecp
     ecp_real shortest =
         s->compliance < ECP_I_MOST_COMPLIANCE ? ECP_I_SHORT_STEP : ECP_I_SHORTEST_STEP;
     int i;
-    if (was.error > tolerance && ecp_i_largest(p->n, p->dz) < tolerance * ECP_I_STANDSTILL)
+    if (ECP_I_STANDSTILL > 0 && was.error > tolerance &&
+        ecp_i_largest(p->n, p->dz) < tolerance * ECP_I_STANDSTILL)
         return 0;
     for (i = 0; i < ECP_I_MEMORY; i++) best = ecp_i_max(best, s->merits[i]);
     s->slack /= 4;

@@ -9676,7 +9676,7 @@ static void ecp_i_count_island(const ecp_i_step *step, const ecp_i_island *s,
     ecp_i_worst(&r->natural_residual, effort->size.largest);
 }
 
-/* Is what the chain ended with a solution to keep? The last residual was that of z, F. */
+/* Is what the chain ended with a solution to keep? F: its residual, the last one that was evaluated. */
 static ecp_status ecp_i_judge(const ecp_i_step *step, const ecp_i_island *s,
                               const ecp_i_effort *effort, const ecp_real *F, ecp_real merit,
                               int solved)
@@ -9699,7 +9699,8 @@ static ecp_status ecp_i_judge(const ecp_i_step *step, const ecp_i_island *s,
     return ECP_OK;
 }
 
-/* the records of the island's patches, from its solution z */
+/* the records of the island's patches, from its solution z; centred: 1, 0 if the bound on iterations ended the
+   centring, -1 if it was in vain */
 static void ecp_i_record_island(ecp_i_step *step, ecp_i_island *s, const ecp_real *z, int label,
                                 int centred)
 {
@@ -11676,13 +11677,14 @@ static ecp_status ecp_i_advance_paced(ecp_i_advance *a, ecp_real duration)
     return ECP_OK;
 }
 
-/* How long the next macro step is to be, and of which order; what is known of the last good one */
+/* How long the next macro step is to be, and of which order; the errors and the length of the last good one */
 typedef struct ecp_i_pace {
     ecp_real H, smooth; /* smooth: the length before an event was looked for */
     ecp_real error[ECP_I_MAX_ORDER + 1], good[ECP_I_MAX_ORDER + 1], good_H;
     int aim, column, good_column;
-    int hunting;           /* for so many macro steps they lead up to an event */
-    int rejected, in_vain; /* of the last one; so many in a row for phases that changed */
+    int hunting;  /* for so many macro steps an event is looked for */
+    int rejected; /* was the last one? */
+    int in_vain;  /* so many in a row whose phases changed; 7: an impact alone has been tried */
 } ecp_i_pace;
 
 /* as a call begins, and after an impact alone */

@@ -2030,7 +2030,8 @@ static void test_step_apart(void)
 }
 
 /* Two cylinders side by side in free flight, that turn against each other by next to nothing: less than Newton mends
-   without damping, so that its steps come to a standstill. Each iteration after that would be the same again. */
+   without damping, so that its steps come to a standstill. Each iteration after that would be the same again. (In float
+   so little is nothing.) */
 static void test_step_standstill(void)
 {
     const ecp_real turns[2] = {ECP_R(1e-12), ECP_R(1e-10)}, speeds[2] = {ECP_R(0.05), ECP_R(1.0)};
@@ -2098,6 +2099,6 @@ static void test_step(void)
     test_step_belt();
     test_step_momentum();
     test_step_apart();
-    test_step_standstill();
+    if (sizeof(ecp_real) == sizeof(double)) test_step_standstill();
     CHECK(test_in_parts <= 1);
 }

@@ -873,7 +873,8 @@ ECP_DEF ecp_status ecp_dump(const ecp_world *world, ecp_real h, const ecp_option
 
 /* Called before every base step with the world in its state there, and the time at the step's end:
    applies the loads (ecp_body_apply_force, ecp_body_apply_torque), and sets the velocities of
-   kinematic bodies. It must be a function of both alone, as base steps are repeated. It is seen at these
+   kinematic bodies. It must be a function of both alone, as base steps are repeated; ecp_step and ecp_advance are
+   ECP_BAD_OPTION there. It is seen at these
    times only: what comes and goes between two of them is not there. While little moves they are seconds apart,
    so give a load that varies a longest_step, of a fraction of what it takes. */
 typedef void (*ecp_load)(void *user, ecp_world *world, ecp_real time);
@@ -938,7 +939,7 @@ ECP_DEF ecp_status ecp_advance(ecp_world *world, ecp_real duration,
    of the world's block taken before it, `after` the world after it. Each residual is the largest
    over bodies or patches, divided by the scale of its terms. */
 typedef struct ecp_printed {
-    ecp_real newton_euler; /* equ:discrete_NE */
+    ecp_real newton_euler; /* equ:discrete_NE; the gyroscopic moment as the step takes it */
     ecp_real kinematic;    /* equ:kinematic, renormalised */
     ecp_real friction;     /* equation:friction */
     ecp_real friction_c;   /* equation:friction_c */
@@ -2536,6 +2537,13 @@ static const ecp_shape_class ecp_i_polytope_class = {ecp_i_polytope_eval, NULL,
 
 /* ---- constructors */
 
+/* sizes of which the squares are numbers still, and not nothing */
+static int ecp_i_measurable(ecp_real radius)
+{
+    ecp_real square = radius * radius;
+    return square > 0 && ecp_i_finite(square);
+}
+
 static ecp_status ecp_i_check_finite(const ecp_real *value, int count)
 {
     for (int i = 0; i < count; ++i) {
@@ -2552,7 +2560,7 @@ static ecp_status ecp_i_check_sizes(const ecp_real *size, int count)
         return ECP_NOT_FINITE;
     }
     for (int i = 0; i < count; ++i) {
-        if (size[i] <= ECP_R(0)) {
+        if (size[i] <= ECP_R(0) || !ecp_i_measurable(size[i])) {
             return ECP_BAD_SIZE;
         }
     }
@@ -2645,7 +2653,8 @@ ECP_DEF ecp_status ecp_shape_capsule(ecp_shape *s, ecp_real radius, ecp_real hal
     if (ecp_i_check_finite(size, 2) != ECP_OK) {
         return ECP_NOT_FINITE;
     }
-    if (radius <= ECP_R(0) || half_length < ECP_R(0)) {
+    if (radius <= ECP_R(0) || half_length < ECP_R(0) || !ecp_i_measurable(radius) ||
+        !ecp_i_measurable(radius + half_length)) {
         return ECP_BAD_SIZE;
     }
     ecp_i_shape_set(s, &ecp_i_capsule_class, ECP_CAPSULE, 1, size, radius + half_length);
@@ -2682,7 +2691,8 @@ ECP_DEF ecp_status ecp_shape_frustum(ecp_shape *s, ecp_real bottom_radius, ecp_r
     }
     wide = ecp_i_max(bottom_radius, top_radius);
     if (ecp_i_min(bottom_radius, top_radius) < ECP_R(0) || wide <= ECP_R(0) ||
-        half_height <= ECP_R(0)) {
+        half_height <= ECP_R(0) || !ecp_i_measurable(ECP_R(4) * (wide + half_height)) ||
+        !ecp_i_measurable(ECP_I_FRUSTUM_TIP * wide)) {
         return ECP_BAD_SIZE;
     }
 
@@ -2693,6 +2703,9 @@ ECP_DEF ecp_status ecp_shape_frustum(ecp_shape *s, ecp_real bottom_radius, ecp_r
     h = half_height;
     k = (b - a) / (ECP_R(2) * h);
     size[3] = ecp_i_sqrt(ECP_R(1) + k * k);
+    if (!ecp_i_finite(size[3])) {
+        return ECP_BAD_SIZE;
+    }
 
     /* the centroid, and the farther of the two rims from it */
     z = h * ((b - a) * (b + a) / (ECP_R(2) * (a * a + a * b + b * b)));
@@ -2935,6 +2948,9 @@ ECP_DEF ecp_status ecp_shape_polytope(ecp_shape *s, const ecp_real *planes, int 
         ecp_i_set3(vertices[3 * v] - mass.centre[0], vertices[3 * v + 1] - mass.centre[1],
                    vertices[3 * v + 2] - mass.centre[2], d);
         made.radius = ecp_i_max(made.radius, ecp_i_norm(d));
+    }
+    if (ecp_i_check_finite(made.centre, 3) != ECP_OK || !ecp_i_measurable(made.radius)) {
+        return ECP_BAD_SIZE;
     }
     ECPSIM_MEMCPY(s, &made, sizeof made);
     return ECP_OK;
@@ -4284,8 +4300,8 @@ static ecp_real ecp_i_impulse_size(const ecp_i_pair *c)
 {
     ecp_real size = c->P * ecp_i_abs(c->p[0]);
     int k;
-    for (k = 1; k <= ecp_i_nf(c); k++) size += ecp_i_abs(c->e[k - 1] * c->P * c->p[k]);
-    return size;
+    for (k = 1; k <= ecp_i_nf(c) && k < 3; k++) size += ecp_i_abs(c->e[k - 1] * c->P * c->p[k]);
+    return size + ecp_i_abs(ecp_i_torsion(c)) / c->L;
 }
 
 /* takes the patch's wrench, `sign` on this body, off its momentum balance, and counts it in the floors */
@@ -6925,7 +6941,7 @@ static ecp_status ecp_i_check_options(const ecp_options *o)
 
 typedef struct ecp_i_mcp {
     const ecp_mcp *problem;
-    ecp_real *value, *J, *slope, *rhs, *work, *z0;
+    ecp_real *value, *J, *rhs, *work, *z0;
     int *ints;
     ecp_real tau;
 } ecp_i_mcp;
@@ -6969,22 +6985,22 @@ static int ecp_i_mcp_step(void *self, const ecp_real *z, const ecp_real *F, ecp_
     return ecp_i_all_finite(size, dz);
 }
 
-/* the caller's start; after it, starts disturbed by a fixed sequence (a linear congruence) that
-   grows from once to 32 times the start's size */
+/* the caller's start, for continuation as well; from the third on starts disturbed by a fixed sequence (a linear
+   congruence), at most by a half of the start's size, and by twice as much each time */
 static int ecp_i_mcp_start(void *self, int k, ecp_real *z)
 {
     ecp_i_mcp *s = (ecp_i_mcp *)self;
     int i, size = s->problem->n + s->problem->m;
     unsigned seed = 12345u + 7919u * (unsigned)k;
     ecp_real reach = ECP_R(0.5);
-    if (k > 7) return 0;
-    for (i = 2; i < k; i++) reach *= 2;
+    if (k > 8) return 0;
+    for (i = 3; i < k; i++) reach *= 2;
     for (i = 0; i < size; i++) {
         seed = (seed * 1103515245u + 12345u) & 0x7fffffffu;
         z[i] = s->z0[i];
-        if (k < 2) continue;
+        if (k < 3) continue;
         z[i] +=
-            reach * (1 + ecp_i_abs(z[i])) * ((ecp_real)(seed >> 15) / ECP_R(32768.0) - ECP_R(0.5));
+            reach * (1 + ecp_i_abs(z[i])) * ((ecp_real)(seed >> 16) / ECP_R(16384.0) - ECP_R(1.0));
         if (i >= s->problem->n) z[i] = ecp_i_max(z[i], 0);
     }
     return 1;
@@ -7037,6 +7053,8 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     if (options) o = *options;
     status = ecp_i_check_options(&o);
     if (status != ECP_OK) return status;
+    /* there is no geometry */
+    o.fallbacks &= ~ECP_FALLBACK_GEOMETRIC;
     size = problem->n + problem->m;
     if (!ecp_i_all_finite(size, z)) return ECP_NOT_FINITE;
     arena = ecp_i_arena_over(mem, bytes);
@@ -7060,7 +7078,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     if (report) {
         report->iterations = effort.iterations;
         report->evaluations = effort.evaluations;
-        report->fallbacks = effort.fallbacks & ~ECP_FALLBACK_GEOMETRIC;
+        report->fallbacks = effort.fallbacks;
         ecp_i_mcp_residual(&s, work, 0, p.F, &effort.size);
         report->natural_residual = effort.size.largest;
         report->merit = ecp_i_merit(size, p.F);
@@ -7306,7 +7324,11 @@ static ecp_real ecp_i_passes(const ecp_i_pair *c, const ecp_real n[3])
     if (!(ecp_i_distance(&A, &B, at_a, at_b, before) > 0)) {
         apart = B;
         ecp_i_move_apart(&A, &apart, at_a, at_b, before);
-        if (ecp_i_separation(&A, &B, before) < -ecp_i_slack(c)) return 0;
+        /* by the nearest points: the far end of a wall says as overlap what its normal is off */
+        ecp_i_sub(at_b, at_a, local);
+        ecp_i_sub(B.x, apart.x, turned);
+        ecp_i_axpy(local, 1, turned, local);
+        if (ecp_i_dot(before, local) < -ecp_i_slack(c)) return 0;
     }
     ecp_i_mul_t(m->R0, before, local);
     ecp_i_mul(m->R, local, turned);
@@ -7460,15 +7482,53 @@ static ecp_real ecp_i_start_load(const ecp_i_pair *c, const ecp_real n[3], ecp_r
 
 #define ECP_I_FLAT ECP_R(1e-7)
 
+/* Where A touches a half-space when the step begins, as it is posed then, and the normal. They stay as they are if it
+   does not. */
+static void ecp_i_touches(const ecp_i_pair *c, ecp_i_posed *A, ecp_real a[3], ecp_real n[3])
+{
+    ecp_i_posed A0, B0;
+    ecp_real n0[3], at[3];
+    ecp_i_pose(c, 0, 0, &A0);
+    ecp_i_pose(c, 1, 0, &B0);
+    if (ecp_i_plane_gap(&A0, &B0, ECP_I_FLAT, n0, at) >
+        ecp_i_sqrt(ECP_I_EPSILON) * A0.shape->radius)
+        return;
+    ecp_i_sub(at, A0.x, at);
+    ecp_i_mul_t(A0.Q, at, a);
+    ecp_i_copy3(n0, n);
+    *A = A0;
+}
+
+/* the geometry of a start: the ECP a, and the multipliers for the normal n out of A; b: the point of a pair's B */
+static void ecp_i_start_at(ecp_i_pair *c, const ecp_i_posed *A, const ecp_i_posed *B,
+                           const ecp_real a[3], const ecp_real b[3], const ecp_real n[3],
+                           ecp_real *y)
+{
+    ecp_real local[3], back[3];
+    ecp_i_scale(1 / c->L, a, y);
+    /* (fa and ga have been room for others) */
+    if (!ecp_i_on_plane(c)) c->placed = 0;
+    ecp_i_pair_place(c, a);
+    ecp_i_mul_t(A->Q, n, local);
+    ecp_i_cone_multipliers(c->nl, c->fa, c->ga, local, ECP_R(1e-3) * c->a->shape.radius, y + 3);
+    if (ecp_i_on_plane(c)) return;
+    ecp_i_scale(-1, n, back);
+    ecp_i_mul_t(B->Q, back, local);
+    c->b->shape.cls->eval(&c->b->shape, b, c->on_b->fb, c->on_b->gb);
+    ecp_i_cone_multipliers(c->nm, c->on_b->fb, c->on_b->gb, local, ECP_R(1e-3) * c->b->shape.radius,
+                           y + ecp_i_at_m(c));
+}
+
 /* A geometric start at the present trial motion: support points, or nearest points, their
    normal-cone multipliers, and p_n on where the gap is negative. `guess`: an ECP (frame of A) to
    prefer, or NULL. flat: faces and edges inclined to a half-space by no more than this count as
-   parallel to it. */
+   parallel to it. first: what touches a half-space when the step begins does so on the same face or edge still:
+   its loads alone would tilt it (a pull at a box, in the first step of a world), the contact holds it. */
 static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *guess, ecp_real flat,
-                                  ecp_real *y)
+                                  int first, ecp_real *y)
 {
     ecp_i_posed A, B;
-    ecp_real a[3], b[3], n[3], local[3], world_a[3], gap, reach;
+    ecp_real a[3], b[3], n[3], local[3], world_a[3], gap;
     int i;
     for (i = 0; i < c->count; i++) y[i] = 0;
     ecp_i_pose(c, 0, 1, &A);
@@ -7488,19 +7548,11 @@ static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *gue
         ecp_i_mul(A.Q, b, local);
         if (ecp_i_dot(n, local) > ECP_R(1e-6) * c->a->shape.radius) guess = NULL;
     }
-    if (guess) ecp_i_copy3(guess, a);
-    reach = ECP_R(1e-3) * c->a->shape.radius;
-    ecp_i_scale(1 / c->L, a, y);
-    ecp_i_mul_t(A.Q, n, local);
-    ecp_i_pair_place(c, a);
-    ecp_i_cone_multipliers(c->nl, c->fa, c->ga, local, reach, y + 3);
-    if (!ecp_i_on_plane(c)) {
-        ecp_i_mul_t(B.Q, n, local);
-        ecp_i_scale(-1, local, local);
-        c->b->shape.cls->eval(&c->b->shape, b, c->on_b->fb, c->on_b->gb);
-        reach = ECP_R(1e-3) * c->b->shape.radius;
-        ecp_i_cone_multipliers(c->nm, c->on_b->fb, c->on_b->gb, local, reach, y + ecp_i_at_m(c));
-    }
+    if (guess)
+        ecp_i_copy3(guess, a);
+    else if (first && ecp_i_on_plane(c))
+        ecp_i_touches(c, &A, a, n);
+    ecp_i_start_at(c, &A, &B, a, b, n, y);
     gap /= h * c->V;
     y[ecp_i_at_p(c)] = ecp_i_start_load(c, n, gap);
 }
@@ -7768,7 +7820,7 @@ static void ecp_i_spots_gather(ecp_i_pair *c, ecp_real h, ecp_real *y)
     const ecp_i_sample *sample = ecp_i_sample_of(c);
     const ecp_i_spot *spots = sample->spots;
     ecp_i_posed A, B;
-    ecp_real a[3] = {0, 0, 0}, b[3] = {0, 0, 0}, p = 0, n[3], local[3];
+    ecp_real a[3] = {0, 0, 0}, b[3] = {0, 0, 0}, p = 0, n[3];
     int i, k;
     for (i = 0; i < ECP_I_SPOTS; i++) {
         p += spots[i].p;
@@ -7776,27 +7828,19 @@ static void ecp_i_spots_gather(ecp_i_pair *c, ecp_real h, ecp_real *y)
         ecp_i_axpy(b, spots[i].p, spots[i].b, b);
     }
     if (!(p > 0)) {
-        ecp_i_start_geometric(c, h, NULL, 0, y);
+        ecp_i_start_geometric(c, h, NULL, 0, 0, y);
         y[ecp_i_at_p(c)] = 0;
         return;
     }
     ecp_i_scale(1 / p, a, a);
     ecp_i_scale(1 / p, b, b);
     for (i = 0; i < c->count; i++) y[i] = 0;
-    ecp_i_scale(1 / c->L, a, y);
     y[ecp_i_at_p(c)] = p / c->P;
     for (k = 0; k < ecp_i_nf(c); k++) y[ecp_i_at_p(c) + 1 + k] = sample->y[k] / c->P;
     ecp_i_scale(-1, c->N, n);
     ecp_i_pose(c, 0, 1, &A);
     ecp_i_pose(c, 1, 1, &B);
-    ecp_i_mul_t(A.Q, n, local);
-    ecp_i_pair_place(c, a);
-    ecp_i_cone_multipliers(c->nl, c->fa, c->ga, local, ECP_R(1e-3) * c->a->shape.radius, y + 3);
-    if (ecp_i_on_plane(c)) return;
-    ecp_i_mul_t(B.Q, c->N, local);
-    c->b->shape.cls->eval(&c->b->shape, b, c->on_b->fb, c->on_b->gb);
-    ecp_i_cone_multipliers(c->nm, c->on_b->fb, c->on_b->gb, local, ECP_R(1e-3) * c->b->shape.radius,
-                           y + ecp_i_at_m(c));
+    ecp_i_start_at(c, &A, &B, a, b, n, y);
 }
 
 /* the velocities (in m->residual) with the impulses of the patch */
@@ -7813,6 +7857,13 @@ static void ecp_i_sample_apply(const ecp_i_pair *c)
     if (ecp_i_nf(c) > 0 && ecp_i_sample_centre(sample, &at)) {
         ecp_i_sample_rub(c, &at, sample->y, 1);
     }
+}
+
+/* a change of a body's velocities in units of its unknowns */
+static void ecp_i_start_motion(const ecp_i_motion *m, const ecp_real dv[6], ecp_real z[6])
+{
+    ecp_i_scale(1 / m->speed, dv, z);
+    ecp_i_scale(m->length / m->speed, dv + 3, z + 3);
 }
 
 /* spots at the present poses, and where their impulses move the bodies */
@@ -7838,10 +7889,8 @@ static void ecp_i_spots_round(ecp_i_island *s, ecp_real *z)
     }
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
-        for (j = 0; j < 6; j++) {
-            dv[j] = m->residual[j] - m->body->v[j] - m->body->v_carry[j];
-            z[6 * i + j] = dv[j] / (j < 3 ? m->speed : m->speed / m->length);
-        }
+        for (j = 0; j < 6; j++) dv[j] = m->residual[j] - m->body->v[j] - m->body->v_carry[j];
+        ecp_i_start_motion(m, dv, z + 6 * i);
         ecp_i_move(m, s->h, dv);
     }
 }
@@ -8281,13 +8330,13 @@ static size_t ecp_i_tree_reals(const ecp_world_desc *d)
 typedef struct ecp_i_phase {
     int shape_a, shape_b;
     ecp_mode mode;
-    int turns_over;           /* it will be another part of the primitive that carries */
-    uint64_t faces[2];        /* which multipliers are on, of A and of B (beyond 64: folded) */
-    ecp_real a[3], N[3];      /* the ECP in the frame of A; the normal */
-    ecp_real friction[4];     /* the direction of friction, weighed by e */
-    ecp_real p_n[2], y[2];    /* normal impulse, and friction over mu: the first base steps of the
+    int turns_over;        /* it will be another part of the primitive that carries */
+    uint64_t faces[2];     /* which multipliers are on, of A and of B (beyond 64: folded) */
+    ecp_real a[3], N[3];   /* the ECP in the frame of A; the normal */
+    ecp_real friction[4];  /* the direction of friction, weighed by e */
+    ecp_real p_n[2], y[2]; /* normal impulse, and friction over mu: the first base steps of the
                               first two columns */
-    ecp_real h, mu, weigh[3]; /* weigh: 1 / e, to make p_t, p_o, p_r comparable */
+    ecp_real mu, weigh[3]; /* weigh: 1 / e, to make p_t, p_o, p_r comparable */
     ecp_real margin[3], rate[3]; /* how far the load is from zero, friction from its limit, the ECP
                                     from a face's rim, and their rates of change */
 } ecp_i_phase;
@@ -8308,7 +8357,6 @@ typedef struct ecp_i_advance {
     ecp_i_phase *last, *now, *here; /* of the last base step so far, of this macro step, of one */
     int last_count, now_count;
     ecp_real t, H;
-    int last_base;     /* phases of `last` are known */
     int changed;       /* the phases are not the same in all base steps */
     int brief;         /* something changes at the beginning that only a brief macro step shows */
     int impact;        /* and something, without a trace in the forces, that need not be brief */
@@ -8430,13 +8478,25 @@ static int ecp_i_pair_bind(const ecp_i_step *s, int i, int j, ecp_i_pair *c)
     return 1;
 }
 
+/* are two primitives no farther apart than that? */
+static int ecp_i_closer(const ecp_i_posed *A, const ecp_i_posed *B, ecp_real reach)
+{
+    ecp_real n[3], at_a[3], at_b[3];
+    ecp_i_posed_centre(A, at_a);
+    ecp_i_posed_centre(B, at_b);
+    ecp_i_sub(at_b, at_a, n);
+    if (ecp_i_norm(n) - A->shape->radius - B->shape->radius > reach) return 0;
+    if (ecp_i_normalise(n) && ecp_i_separation(A, B, n) > reach) return 0;
+    return ecp_i_distance(A, B, at_a, at_b, n) <= reach;
+}
+
 /* Can the two touch within the step? Asked at the beginning of the step, of the free motion, with
    half as much again for what contacts do to it; what this misses is found by ecp_i_find_touching.
    old: the pair's patch of the last step, or NULL; it knows the gap at its end. */
 static int ecp_i_near(const ecp_i_step *s, const ecp_i_pair *c, const ecp_i_patch *old)
 {
     ecp_i_posed A, B;
-    ecp_real n[3], at_a[3], at_b[3], move[3], reach;
+    ecp_real n[3], at_a[3], move[3], reach;
     int known = old && !old->guess;
     if (known && old->contact.gap <= s->margins[c->shape_a] + s->margins[c->shape_b]) return 1;
     ecp_i_sub(c->ma->dx, c->mb->dx, move);
@@ -8451,28 +8511,18 @@ static int ecp_i_near(const ecp_i_step *s, const ecp_i_pair *c, const ecp_i_patc
         }
         return ecp_i_plane_gap(&A, &B, 0, n, at_a) <= reach;
     }
-    ecp_i_posed_centre(&A, at_a);
-    ecp_i_posed_centre(&B, at_b);
-    ecp_i_sub(at_b, at_a, n);
-    if (ecp_i_norm(n) - A.shape->radius - B.shape->radius > reach) return 0;
-    if (ecp_i_normalise(n) && ecp_i_separation(&A, &B, n) > reach) return 0;
-    return ecp_i_distance(&A, &B, at_a, at_b, n) <= reach;
+    return ecp_i_closer(&A, &B, reach);
 }
 
 /* do the two overlap at the end of the trial motion? */
 static int ecp_i_touching(const ecp_i_pair *c)
 {
     ecp_i_posed A, B;
-    ecp_real n[3], at_a[3], at_b[3];
+    ecp_real n[3], at_a[3];
     ecp_i_pose(c, 0, 1, &A);
     ecp_i_pose(c, 1, 1, &B);
     if (ecp_i_on_plane(c)) return ecp_i_plane_gap(&A, &B, 0, n, at_a) < 0;
-    ecp_i_posed_centre(&A, at_a);
-    ecp_i_posed_centre(&B, at_b);
-    ecp_i_sub(at_b, at_a, n);
-    if (ecp_i_norm(n) > A.shape->radius + B.shape->radius) return 0;
-    if (ecp_i_normalise(n) && ecp_i_separation(&A, &B, n) > 0) return 0;
-    return !(ecp_i_distance(&A, &B, at_a, at_b, n) > 0);
+    return ecp_i_closer(&A, &B, 0);
 }
 
 /* the geometric mean; by two roots where the product is beyond the reals */
@@ -8488,19 +8538,21 @@ static ecp_real ecp_i_mean(ecp_real a, ecp_real b)
 static void ecp_i_pair_friction(ecp_i_pair *c)
 {
     const ecp_material *a = &c->a->material, *b = &c->b->material, *own;
-    ecp_real local[3];
-    int first_a = c->shape_a < c->shape_b, directed_a, directed_b;
+    ecp_real local[3], unit;
+    int first_a = c->shape_a < c->shape_b, directed_a, directed_b, k;
     if (!ECP_I_FRICTION) return;
     c->mu = ecp_i_mean(a->mu, b->mu);
     c->e[0] = ecp_i_mean(a->e_t, b->e_t);
     c->e[1] = ecp_i_mean(a->e_o, b->e_o);
     c->e[2] = ecp_i_mean(a->e_r, b->e_r);
     c->nf = c->mu > 0 ? (c->e[2] > 0 ? 3 : 2) : 0;
-    directed_a = ecp_i_dot(a->direction, a->direction) > 0;
-    directed_b = ecp_i_dot(b->direction, b->direction) > 0;
+    directed_a = !ecp_i_is_zero(a->direction);
+    directed_b = !ecp_i_is_zero(b->direction);
     if (!directed_a && !directed_b) return;
     own = directed_a && (first_a || !directed_b) ? a : b;
-    ecp_i_mul((own == a ? c->a : c->b)->rotation, own->direction, local);
+    unit = ecp_i_power_of_two(ecp_i_row_size(3, own->direction));
+    for (k = 0; k < 3; k++) c->direction[k] = own->direction[k] / unit;
+    ecp_i_mul((own == a ? c->a : c->b)->rotation, c->direction, local);
     ecp_i_mul((own == a ? c->ma : c->mb)->R0, local, c->direction);
     ecp_i_normalise(c->direction);
 }
@@ -8573,7 +8625,7 @@ static int ecp_i_last_hits(const ecp_i_step *s, int i, int at, int *hits, int fo
 {
     const ecp_i_patch *list = ecp_i_patches(s->w);
     while (at < s->w->patches && ecp_i_patch_before(list + at, i, 0)) at++;
-    for (; at < s->w->patches && !ecp_i_patch_before(list + at, i, 0); at++) {
+    for (; at < s->w->patches; at++) {
         const ecp_contact *c = &list[at].contact;
         int other = c->shape_a == i ? c->shape_b : c->shape_a;
         if (other < i || (c->shape_a != i && c->shape_b != i)) break;
@@ -9213,17 +9265,18 @@ static void ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, 
         s->in_vain |= old->centred < 0;
     }
     c->relax = 0;
+    if (!ecp_i_on_plane(c)) c->placed = 0; /* (ecp_i_carry_ecp takes fa and ga for room) */
     if (warm)
         ecp_i_start_warm(s, c, z + c->at);
     else
         ecp_i_start_geometric(
             c, s->h, old && (first ? old->guess || ecp_i_on_plane(c) : s->nearest) ? old->a : NULL,
-            ECP_I_FLAT, z + c->at);
+            ECP_I_FLAT, first, z + c->at);
     ecp_i_pair_geometry(c, z + c->at);
     if (!ecp_i_on_plane(c)) ecp_i_set_direction(c);
     if (k > 6 && !first) {
         ecp_i_aside(c, k, aside);
-        ecp_i_start_geometric(c, s->h, aside, ECP_I_FLAT, z + c->at);
+        ecp_i_start_geometric(c, s->h, aside, ECP_I_FLAT, 0, z + c->at);
         ecp_i_pair_geometry(c, z + c->at);
         ecp_i_tangents(c);
     }
@@ -9232,13 +9285,6 @@ static void ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, 
     ecp_i_pair_noise(c, s->h, 2 * s->noise);
     if (ecp_i_moves_a(c)) ecp_i_wrench(c, c->ma, warm ? c->ra : none, 1);
     if (ecp_i_moves_b(c)) ecp_i_wrench(c, c->mb, warm ? c->rb : none, -1);
-}
-
-/* a change of a body's velocities in units of its unknowns */
-static void ecp_i_start_motion(const ecp_i_motion *m, const ecp_real dv[6], ecp_real z[6])
-{
-    ecp_i_scale(1 / m->speed, dv, z);
-    ecp_i_scale(m->length / m->speed, dv + 3, z + 3);
 }
 
 /* Start k: the patches warm (0), geometric (1), from several points each (2), geometric for the pose
@@ -9306,7 +9352,7 @@ static void ecp_i_island_repair(void *self, ecp_real *z)
         ecp_real *p = z + c->at + ecp_i_at_p(c);
         for (k = 0; k <= ecp_i_nf(c); k++) impulses[k] = p[k];
         ecp_i_scale(c->L, z + c->at, a);
-        ecp_i_start_geometric(c, s->h, s->nearest ? a : NULL, ECP_I_FLAT, z + c->at);
+        ecp_i_start_geometric(c, s->h, s->nearest ? a : NULL, ECP_I_FLAT, 0, z + c->at);
         for (k = 0; k <= ecp_i_nf(c); k++) p[k] = impulses[k];
     }
 }
@@ -9357,7 +9403,8 @@ static ecp_real ecp_i_centring_length(const ecp_i_island *s, const ecp_real *z, 
             for (k = 0; k < 3; k++) a[k] = c->L * (z[c->at + k] + t * most * dz[c->at + k]);
             ecp_i_pair_place(c, a);
             for (j = 0; j < c->nl; j++) {
-                if (!(c->fa[j] <= slack || z[c->at + 3 + j] > slack)) inside = 0;
+                if (!(c->fa[j] <= slack || z[c->at + 3 + j] > ecp_i_sqrt(ECP_I_EPSILON)))
+                    inside = 0;
             }
         }
         if (inside) return t * most;
@@ -10041,6 +10088,8 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
     r.body = r.shape_a = r.shape_b = -1;
     if (options) o = *options;
     status = world ? ecp_i_check_options(&o) : ECP_BAD_POINTER;
+    /* within a callback of ecp_advance */
+    if (status == ECP_OK && world->printed_moment) status = ECP_BAD_OPTION;
     if (status == ECP_OK && !ecp_i_finite(h))
         status = ecp_i_fail(&r, ECP_NOT_FINITE, -1, -1, -1, h, 0);
     if (status == ECP_OK && !(h > 0)) status = ecp_i_fail(&r, ECP_BAD_STEP, -1, -1, -1, h, 0);
@@ -10251,7 +10300,6 @@ static int ecp_i_phases(const ecp_i_advance *a, ecp_i_phase *list)
         }
         f->mu = c->mu;
         f->p_n[0] = c->p_n;
-        f->h = w->last_h;
         if (!(c->mu > 0)) continue;
         ecp_i_scale(c->p_t / (c->e_t * c->e_t), c->direction_t, f->friction);
         ecp_i_axpy(f->friction, c->p_o / (c->e_o * c->e_o), c->direction_o, f->friction);
@@ -10410,6 +10458,16 @@ static int ecp_i_phase_fits(ecp_i_advance *a, const ecp_i_phase *f)
     return fits;
 }
 
+/* Is a contact with these faces on somewhere on a face, an edge or a line of the primitive, where forces say and not the
+   pose? */
+static int ecp_i_wanders(const ecp_shape *shape, uint64_t faces)
+{
+    int on = 0;
+    if (shape->kind == ECP_SPHERE || shape->kind == ECP_ELLIPSOID) return 0;
+    for (; faces; faces &= faces - 1) on++;
+    return on < (shape->cls->hess ? 2 : 3);
+}
+
 /* Where the contact of a primitive with a half-space is, and the gap there: the ECP where all faces are
    flat, or else the lowest point. *at: from the origin of the poses; n: into the half-space. */
 static ecp_real ecp_i_place(const ecp_i_posed *A, const ecp_i_posed *B, const ecp_real a[3],
@@ -10457,7 +10515,8 @@ static int ecp_i_stick_fits(ecp_i_advance *a, const ecp_i_phase *f)
     ecp_i_pose_of(w, f->shape_a, ba->x, &A);
     ecp_i_pose_of(w, f->shape_b, ba->x, &B);
     ecp_i_sub(ba->x, bb->x, apart);
-    exact = B.shape->kind == ECP_HALF_SPACE && bb->kind == ECP_STATIC;
+    exact = B.shape->kind == ECP_HALF_SPACE && bb->kind == ECP_STATIC &&
+            (f->weigh[2] > 0 || !ecp_i_wanders(A.shape, f->faces[0]));
     if (B.shape->kind == ECP_HALF_SPACE) {
         ecp_i_place(&A, &B, f->a, n, at);
         ecp_i_place_rate(ba, ecp_i_parts(w) + f->shape_a, &B, f->a, at, move);
@@ -10654,19 +10713,29 @@ static ecp_real ecp_i_margin_time(const ecp_i_advance *a)
 
 /* ---- macro steps */
 
+/* the angular velocity by an angular impulse L, by way of the body's axes: in the world's a needle would lose the spin
+   about itself */
+static void ecp_i_spin_change(const ecp_i_body *b, ecp_real L[3])
+{
+    ecp_real R[9], root[9], own[3];
+    ecp_quat_to_matrix(b->q, R);
+    ECPSIM_MEMCPY(root, b->inertia, sizeof root);
+    ecp_i_root(root);
+    ecp_i_mul_t(R, L, own);
+    ecp_i_root_solve(root, own);
+    ecp_i_mul(R, own, L);
+}
+
 /* An impulse J on the body b at r from its centre of mass, along the directions d[0..n): the one that
    makes the velocity v of that point zero in these directions. */
 static void ecp_i_stop_point(ecp_i_body *b, const ecp_real r[3], int n, const ecp_real *d,
                              const ecp_real v[3])
 {
-    ecp_real R[9], root[9], K[9], x[3], turn[9], arm[3];
-    int piv[3], i, j, k;
-    ecp_quat_to_matrix(b->q, R);
-    ecp_i_congruence(R, b->inertia, root);
-    ecp_chol_factor(3, root, 3);
+    ecp_real K[9], x[3], turn[9], arm[3];
+    int i, j, k;
     for (i = 0; i < n; i++) {
         ecp_i_cross(r, d + 3 * i, turn + 3 * i);
-        ecp_chol_solve(3, root, 3, turn + 3 * i);
+        ecp_i_spin_change(b, turn + 3 * i);
         x[i] = -ecp_i_dot(d + 3 * i, v);
     }
     for (i = 0; i < n; i++) {
@@ -10675,8 +10744,8 @@ static void ecp_i_stop_point(ecp_i_body *b, const ecp_real r[3], int n, const ec
             K[3 * i + j] = ecp_i_dot(arm, turn + 3 * j) + ecp_i_dot(d + 3 * i, d + 3 * j) / b->mass;
         }
     }
-    if (ecp_lu_factor(n, K, 3, piv)) return;
-    ecp_lu_solve(n, K, 3, piv, x);
+    if (ecp_chol_factor(n, K, 3)) return;
+    ecp_chol_solve(n, K, 3, x);
     for (i = 0; i < n; i++) {
         for (k = 0; k < 3; k++) {
             ecp_i_add_carried(b->v + k, b->v_carry + k, x[i] * d[3 * i + k] / b->mass);
@@ -10942,6 +11011,20 @@ static ecp_real ecp_i_refresh_contacts(ecp_i_advance *a)
     return worst;
 }
 
+/* Does the patch i stick at a place that its forces move about on A, while A turns there for want of torsion? Then no
+   point of A stands still, and where the contact was in the last base step says nothing. */
+static int ecp_i_pivots(const ecp_i_advance *a, int i)
+{
+    const ecp_i_patch *p = ecp_i_patches(a->w) + i;
+    const ecp_contact *c = &p->contact;
+    const ecp_i_body *b = ecp_i_bodies(a->w) + c->body_a, *ground = ecp_i_bodies(a->w) + c->body_b;
+    const ecp_shape *shape = &ecp_i_parts(a->w)[c->shape_a].shape;
+    ecp_real turn = ecp_i_dot(c->normal, b->v + 3) - ecp_i_dot(c->normal, ground->v + 3);
+    if (c->e_r > 0) return 0;
+    if (ecp_i_abs(turn) * b->length <= a->o.tolerance * ecp_i_speed_scale(a, b)) return 0;
+    return ecp_i_wanders(shape, ecp_i_faces(a, shape, b->length, p->a, ecp_i_multipliers(a->w, i)));
+}
+
 /* Takes off the velocities that patches on half-spaces do not have: along the normal where they carry,
    sideways where they stick. Impulses there do it, the least change in the norm of the kinetic
    energy, which only falls. What is left would be a force in the next base step, the greater the
@@ -10958,11 +11041,12 @@ static void ecp_i_project_velocities(ecp_i_advance *a)
             const ecp_i_body *ground = ecp_i_bodies(w) + c->body_b;
             ecp_real n[3], at[3], v[3], apart[3], d[9];
             ecp_i_posed A, B;
-            int stick = c->mode == ECP_STICK;
+            int stick;
             if (ecp_i_patches(w)[i].guess || c->mode == ECP_APART) continue;
             ecp_i_pose_of(w, c->shape_a, b->x, &A);
             ecp_i_pose_of(w, c->shape_b, b->x, &B);
             if (B.shape->kind != ECP_HALF_SPACE || b->kind != ECP_DYNAMIC) continue;
+            stick = c->mode == ECP_STICK && !ecp_i_pivots(a, i);
             ecp_i_place(&A, &B, ecp_i_patches(w)[i].a, n, at);
             ecp_i_sub(b->x, ground->x, apart);
             ecp_i_slip_at(b->v, ground->v, at, apart, v);
@@ -11332,14 +11416,11 @@ static void ecp_i_take_impulses(ecp_world *w)
     ecp_i_body *b = ecp_i_bodies(w);
     int i, k;
     for (i = 0; i < w->bodies; i++) {
-        ecp_real R[9], root[9], dv[6];
+        ecp_real dv[6];
         if (b[i].kind != ECP_DYNAMIC) continue;
-        ecp_quat_to_matrix(b[i].q, R);
-        ecp_i_congruence(R, b[i].inertia, root);
-        ecp_chol_factor(3, root, 3);
         ecp_i_scale(1 / b[i].mass, b[i].impulse, dv);
         ecp_i_copy3(b[i].impulse + 3, dv + 3);
-        ecp_chol_solve(3, root, 3, dv + 3);
+        ecp_i_spin_change(b + i, dv + 3);
         for (k = 0; k < 6; k++) {
             if (dv[k] != 0) ecp_i_add_carried(b[i].v + k, b[i].v_carry + k, dv[k]);
             b[i].impulse[k] = 0;
@@ -11431,8 +11512,8 @@ static ecp_i_outcome ecp_i_plain_step(ecp_i_advance *a, ecp_real left, ecp_statu
     for (attempt = 0; attempt < 4; attempt++) {
         if (attempt > 0) a->H = attempt < 3 ? ecp_i_min(16 * a->H, left) : left;
         ECPSIM_MEMCPY(w, a->saved, w->state_bytes);
-        w->printed_moment = 0;
         ecp_i_load_at(a, a->t + a->H);
+        w->printed_moment = 0;
         ecp_i_clear_report(&a->r->step);
         if (ecp_i_may(&a->step, ECP_FALLBACK_SUBSTEPS))
             *status = ecp_i_step_by_parts(w, a->H, &a->step, a->bytes, 0, &a->r->step);
@@ -11677,6 +11758,9 @@ static ecp_status ecp_i_advance_paced(ecp_i_advance *a, ecp_real duration)
     return ECP_OK;
 }
 
+/* An impact alone has been tried since a macro step was accepted: it takes no time, and is not tried again. */
+#define ECP_I_IMPACT_TRIED 7
+
 /* How long the next macro step is to be, and of which order; the errors and the length of the last good one */
 typedef struct ecp_i_pace {
     ecp_real H, smooth; /* smooth: the length before an event was looked for */
@@ -11684,7 +11768,7 @@ typedef struct ecp_i_pace {
     int aim, column, good_column;
     int hunting;  /* for so many macro steps an event is looked for */
     int rejected; /* was the last one? */
-    int in_vain;  /* so many in a row whose phases changed; 7: an impact alone has been tried */
+    int in_vain;  /* so many in a row whose phases changed, or ECP_I_IMPACT_TRIED and more */
 } ecp_i_pace;
 
 /* as a call begins, and after an impact alone */
@@ -11775,7 +11859,7 @@ static void ecp_i_pace_rejected(ecp_i_advance *a, ecp_i_pace *p, ecp_i_outcome o
 static int ecp_i_pace_tries_impact(ecp_i_advance *a, ecp_i_pace *p, int forced)
 {
     if (!(p->in_vain == 6 || (p->in_vain > 0 && p->in_vain < 6 && forced))) return 0;
-    p->in_vain = 7;
+    p->in_vain = ECP_I_IMPACT_TRIED;
     return ecp_i_impact_alone(a);
 }
 
@@ -11799,6 +11883,7 @@ static ecp_status ecp_i_advance_to(ecp_i_advance *a, ecp_real duration)
         if (ecp_i_pace_tries_impact(a, &p, forced)) {
             a->looking = 0;
             ecp_i_pace_begin(a, &p);
+            p.in_vain = ECP_I_IMPACT_TRIED;
             continue;
         }
         outcome = ecp_i_macro(a, p.aim < a->o.order ? p.aim : a->o.order, forced, &p.column,
@@ -12327,7 +12412,8 @@ ECP_DEF ecp_status ecp_dump(const ecp_world *world, ecp_real h, const ecp_option
 
 /* >>printed ===============================================================================
    The paper's equations, term by term as they are printed, on the states before and after a step.
-   Nothing here is shared with the solver but the shapes and the vectors. */
+   Nothing here is shared with the solver but the shapes, the vectors, and the gyroscopic moment of bodies that turn
+   far within the step, which is no longer the printed one (ecp_i_gyroscopic). */
 
 /* |residual| against the size of what it is made of */
 static ecp_real ecp_i_relative(ecp_real residual, ecp_real size)
@@ -12342,19 +12428,17 @@ static ecp_real ecp_i_complementarity(ecp_real x, ecp_real x_unit, ecp_real y, e
 }
 
 typedef struct ecp_i_side {
-    const ecp_i_body *before, *after;
+    const ecp_i_body *after;
     const ecp_i_part *part;
     ecp_real Q[9], origin[3]; /* pose of the primitive after the step */
     ecp_real v[6];            /* velocity after the step */
 } ecp_i_side;
 
-static void ecp_i_side_setup(const ecp_world *before, const ecp_world *after, int shape,
-                             ecp_i_side *s)
+static void ecp_i_side_setup(const ecp_world *after, int shape, ecp_i_side *s)
 {
     ecp_real R[9];
     int k;
     s->part = ecp_i_parts(after) + shape;
-    s->before = ecp_i_bodies(before) + s->part->body;
     s->after = ecp_i_bodies(after) + s->part->body;
     ecp_quat_to_matrix(s->after->q, R);
     ecp_i_matmul(R, s->part->rotation, s->Q);
@@ -12546,8 +12630,8 @@ ECP_DEF ecp_status ecp_printed_residual(const ecp_world *before, const ecp_world
         ecp_i_side A, B;
         ecp_real unit;
         if (ecp_i_patches(after)[i].guess) continue;
-        ecp_i_side_setup(before, after, k->shape_a, &A);
-        ecp_i_side_setup(before, after, k->shape_b, &B);
+        ecp_i_side_setup(after, k->shape_a, &A);
+        ecp_i_side_setup(after, k->shape_b, &B);
         unit = speed * ecp_i_max(A.after->mass, B.after->mass);
         ecp_i_printed_friction(k, &A, &B, speed, unit, printed);
         ecp_i_printed_contact(k, &A, &B, ecp_i_multipliers(after, i), f, g, speed, h, unit,

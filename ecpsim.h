@@ -9761,6 +9761,20 @@ static void ecp_i_record_island(ecp_i_step *step, ecp_i_island *s, const ecp_rea
         step->r->worst_cone = ecp_i_max(step->r->worst_cone, ecp_i_cone_violation(c));
     }
 }
+/* Is the ECP of a load on the rim of its face without being held there? The last elimination may have come before it was let go,
+   and says nothing of how many solutions there are. */
+static int ecp_i_on_a_rim(const ecp_i_island *s, const ecp_real *z, ecp_real tiny)
+{
+    int i, j;
+    for (i = 0; i < s->pair_count; i++) {
+        const ecp_i_pair *c = s->pairs[i];
+        if (!(z[c->at + ecp_i_at_p(c)] > tiny)) continue;
+        for (j = 0; j < c->nl; j++) {
+            if (c->fa[j] > -tiny * c->L && z[c->at + 3 + j] <= tiny) return 1;
+        }
+    }
+    return 0;
+}
 
 static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
 {
@@ -9785,7 +9799,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     if (ecp_i_in_haste(&p)) *step->cut = 1;
     solved = ecp_i_solve_equations(&s, &p, o, z, &effort);
     if (ECP_I_CENTRING && solved && o->rule == ECP_CENTRED) {
-        if (s.many || s.uncentred)
+        if (s.many || s.uncentred || (effort.iterations > 0 && ecp_i_on_a_rim(&s, z, o->tolerance)))
             centred = ecp_i_centre(&s, &p, step, z, best, &effort);
         else if (s.in_vain && effort.iterations == 0)
             centred = 0; /* what rests uncentred is left alone */

@@ -293,6 +293,11 @@ static void newton_test_literature(void)
         CHECK(newton_solve(&p, &o, z, &report) == ECP_NOT_SOLVED);
         CHECK(report.fallbacks == 0);
         CHECK(z[0] == 0);
+        /* and no search comes twice: there is no geometry to start from */
+        k = report.iterations;
+        o.fallbacks = ECP_FALLBACK_GEOMETRIC;
+        CHECK(newton_solve(&p, &o, z, &report) == ECP_NOT_SOLVED);
+        CHECK(report.fallbacks == 0 && report.iterations == k);
     }
     for (k = 0; k < 8; k++) {
         /* Mathiesen: a ray of solutions (l, 0, 0, 0), l in [0, 3] */

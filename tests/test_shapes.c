@@ -1224,6 +1224,19 @@ static void test_shape_bad_input(void)
     CHECK(ecp_shape_convex(&s, &empty, 1, origin, one, NULL) == ECP_BAD_POINTER);
     CHECK(ecp_shape_convex(&s, &ecp_i_box_class, 1, NULL, one, NULL) == ECP_BAD_POINTER);
     CHECK(ecp_shape_convex(&s, &ecp_i_box_class, 0, origin, one, NULL) == ECP_BAD_SIZE);
+    /* sizes of which the squares are no numbers, or nothing */
+    for (int b = 0; b < 2; b++) {
+        const ecp_real extreme =
+            b ? (ecp_real)test_by(1e-170, 1e-23) : (ecp_real)test_by(1e200, 1e25);
+        const ecp_real size[3] = {extreme, extreme, extreme};
+        CHECK(ecp_shape_sphere(&s, extreme) == ECP_BAD_SIZE);
+        CHECK(ecp_shape_ellipsoid(&s, size) == ECP_BAD_SIZE);
+        CHECK(ecp_shape_capsule(&s, extreme, extreme) == ECP_BAD_SIZE);
+        CHECK(ecp_shape_cylinder(&s, extreme, extreme) == ECP_BAD_SIZE);
+        CHECK(ecp_shape_frustum(&s, extreme, extreme / 2, extreme) == ECP_BAD_SIZE);
+        CHECK(ecp_shape_box(&s, size) == ECP_BAD_SIZE);
+        CHECK(memcmp(&s, &before, sizeof s) == 0);
+    }
     for (int b = 0; b < 4; b++) {
         CHECK(ecp_shape_sphere(&s, bad[b]) == why[b]);
         CHECK(ecp_shape_capsule(&s, bad[b], one) == why[b]);

@@ -498,7 +498,8 @@ struct ecp_shape {
 
    Each returns ECP_OK and writes *s, or returns an error and leaves *s as it was:
    ECP_BAD_POINTER for a NULL argument, ECP_NOT_FINITE for a NaN or an infinity, ECP_BAD_SIZE for
-   a size that is not positive. Further errors are stated where they can occur. */
+   a size that is not positive, or so large or small that its square is no number or nothing. Further
+   errors are stated where they can occur. */
 
 /* The half-space {x : normal.x <= offset}. `normal` points out of the solid and need not have unit
    length: normal and offset are divided by |normal|, which leaves the set unchanged. A zero normal
@@ -9768,8 +9769,8 @@ static void ecp_i_record_island(ecp_i_step *step, ecp_i_island *s, const ecp_rea
         step->r->worst_cone = ecp_i_max(step->r->worst_cone, ecp_i_cone_violation(c));
     }
 }
-/* Is the ECP of a load on the rim of its face without being held there? The last elimination may have come before it was let go,
-   and says nothing of how many solutions there are. */
+/* Is the ECP of a load on the rim of its face without being held there? The last elimination may have come before it
+   was let go, and says nothing of how many solutions there are. */
 static int ecp_i_on_a_rim(const ecp_i_island *s, const ecp_real *z, ecp_real tiny)
 {
     int i, j;

@@ -299,7 +299,8 @@ typedef double ecp_real;
       "the step's equations were not solved within the limits; the world is as it was")            \
     X(ECP_BAD_POINTER, -2, "a required pointer is NULL")                                           \
     X(ECP_NOT_FINITE, -3, "a number is NaN or infinite")                                           \
-    X(ECP_BAD_SIZE, -4, "a size, radius or normal is not positive")                                \
+    X(ECP_BAD_SIZE, -4,                                                                            \
+      "a size, radius or normal is not positive, or its square is beyond numbers")                 \
     X(ECP_EMPTY_POLYTOPE, -5, "the half-spaces of the polytope have no common interior")           \
     X(ECP_UNBOUNDED_POLYTOPE, -6, "the half-spaces of the polytope leave a direction open")        \
     X(ECP_BAD_MASS, -7, "the mass of a dynamic body must be positive")                             \
@@ -756,7 +757,8 @@ typedef struct ecp_options {
     int max_iterations; /* Newton iterations of one attempt; four times as many where its steps
                            have to be damped, eight times in islands of two and more bodies
                            with 1500 unknowns and more */
-    int max_total_iterations; /* of all attempts, islands, sub-steps and the centring together, or 0:
+    int max_total_iterations; /* of all attempts, islands, sub-steps and the centring together (but
+                                 for one elimination in each of ecp_report.centring_rounds), or 0:
                                  as many as it takes. A bound on the time of a step: where it ends
                                  the search the step is ECP_NOT_SOLVED, and where it ends the
                                  centring ecp_report.centred is 0 */
@@ -874,10 +876,10 @@ ECP_DEF ecp_status ecp_dump(const ecp_world *world, ecp_real h, const ecp_option
 
 /* Called before every base step with the world in its state there, and the time at the step's end:
    applies the loads (ecp_body_apply_force, ecp_body_apply_torque), and sets the velocities of
-   kinematic bodies. It must be a function of both alone, as base steps are repeated; ecp_step and ecp_advance are
-   ECP_BAD_OPTION there. It is seen at these
-   times only: what comes and goes between two of them is not there. While little moves they are seconds apart,
-   so give a load that varies a longest_step, of a fraction of what it takes. */
+   kinematic bodies. It must be a function of both alone, as base steps are repeated; ecp_step and
+   ecp_advance are ECP_BAD_OPTION there. It is seen at these times only: what comes and goes between two
+   of them is not there. While little moves they are seconds apart, so give a load that varies a
+   longest_step, of a fraction of what it takes. */
 typedef void (*ecp_load)(void *user, ecp_world *world, ecp_real time);
 
 typedef struct ecp_advance_options {
@@ -2970,7 +2972,7 @@ ECP_DEF ecp_status ecp_shape_convex(ecp_shape *s, const ecp_shape_class *cls, in
     if (ecp_i_check_finite(centre, 3) != ECP_OK || !ecp_i_finite(radius)) {
         return ECP_NOT_FINITE;
     }
-    if (inequalities < 1 || radius <= ECP_R(0)) {
+    if (inequalities < 1 || radius <= ECP_R(0) || !ecp_i_measurable(radius)) {
         return ECP_BAD_SIZE;
     }
     ecp_i_shape_set(s, cls, ECP_CONVEX, inequalities, size, radius);
@@ -11780,17 +11782,18 @@ static ecp_status ecp_i_advance_paced(ecp_i_advance *a, ecp_real duration)
     return ECP_OK;
 }
 
-/* An impact alone has been tried since a macro step was accepted: it takes no time, and is not tried again. */
-#define ECP_I_IMPACT_TRIED 7
+/* after so many macro steps in vain an impact alone is tried */
+#define ECP_I_IN_VAIN 6
 
 /* How long the next macro step is to be, and of which order; the errors and the length of the last good one */
 typedef struct ecp_i_pace {
     ecp_real H, smooth; /* smooth: the length before an event was looked for */
     ecp_real error[ECP_I_MAX_ORDER + 1], good[ECP_I_MAX_ORDER + 1], good_H;
     int aim, column, good_column;
-    int hunting;  /* for so many macro steps an event is looked for */
-    int rejected; /* was the last one? */
-    int in_vain;  /* so many in a row whose phases changed, or ECP_I_IMPACT_TRIED and more */
+    int hunting;      /* for so many macro steps an event is looked for */
+    int rejected;     /* was the last one? */
+    int in_vain;      /* so many in a row whose phases changed */
+    int impact_tried; /* an impact alone, since a macro step was accepted: it takes no time */
 } ecp_i_pace;
 
 /* as a call begins, and after an impact alone */
@@ -11880,8 +11883,8 @@ static void ecp_i_pace_rejected(ecp_i_advance *a, ecp_i_pace *p, ecp_i_outcome o
 /* the phases may be those of an impact alone: tried once, at the latest before a macro step is forced */
 static int ecp_i_pace_tries_impact(ecp_i_advance *a, ecp_i_pace *p, int forced)
 {
-    if (!(p->in_vain == 6 || (p->in_vain > 0 && p->in_vain < 6 && forced))) return 0;
-    p->in_vain = ECP_I_IMPACT_TRIED;
+    if (p->impact_tried || p->in_vain < (forced ? 1 : ECP_I_IN_VAIN)) return 0;
+    p->impact_tried = 1;
     return ecp_i_impact_alone(a);
 }
 
@@ -11905,7 +11908,6 @@ static ecp_status ecp_i_advance_to(ecp_i_advance *a, ecp_real duration)
         if (ecp_i_pace_tries_impact(a, &p, forced)) {
             a->looking = 0;
             ecp_i_pace_begin(a, &p);
-            p.in_vain = ECP_I_IMPACT_TRIED;
             continue;
         }
         outcome = ecp_i_macro(a, p.aim < a->o.order ? p.aim : a->o.order, forced, &p.column,
@@ -11917,7 +11919,7 @@ static ecp_status ecp_i_advance_to(ecp_i_advance *a, ecp_real duration)
         }
         p.rejected = outcome != ECP_I_DONE && outcome != ECP_I_PASSED;
         if (!p.rejected) {
-            p.in_vain = 0;
+            p.in_vain = p.impact_tried = 0;
             ecp_i_accept(a, outcome == ECP_I_PASSED, p.column, p.error[p.column], duration);
             ecp_i_pace_accepted(a, &p, outcome == ECP_I_PASSED);
             continue;

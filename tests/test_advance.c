@@ -123,7 +123,6 @@ static void advance_nested(void *user, ecp_world *w, ecp_real time)
     *(int *)user += ecp_step(w, ECP_R(0.01), NULL, NULL) == ECP_BAD_OPTION ? 0 : 1000;
 }
 
-/* nothing to move, by itself and at a pace */
 /* A box at rest under a force that is 1.0625 of what friction holds at its peaks, at 3 rad/s for 5 s: the peaks are
    seen where no macro step is longer than a fraction of what they last. */
 static void advance_peak(void *user, ecp_world *w, ecp_real time)
@@ -170,6 +169,7 @@ static void advance_peaks(void)
     free(w);
 }
 
+/* nothing to move, by itself and at a pace */
 static void advance_nobody(void)
 {
     ecp_advance_options o = ecp_advance_options_default();
@@ -178,6 +178,33 @@ static void advance_nobody(void)
     CHECK(ecp_advance(w, 10, &o, &r) == ECP_OK && r.reached == 10);
     o.macro_step = 1;
     CHECK(ecp_advance(w, 10, &o, &r) == ECP_OK && r.reached == 10 && r.events == 0);
+    free(w);
+}
+
+/* The same where base steps fail and go by parts: a box that falls on its edge, one iteration a step. The call may end
+   either way; what it was called with comes through. */
+static void advance_nested_parts(void)
+{
+    int nested = 0;
+    ecp_world *w = advance_scene(4, 0.5, 0, 0.06);
+    ecp_options step = ecp_options_default();
+    ecp_advance_options o = ecp_advance_options_default();
+    ecp_real spin[3] = {0, 3, 0}, v[3] = {1, 0, 0};
+    size_t n = ecp_world_memsize(&w->desc);
+    void *before = malloc(n);
+    CHECK(ecp_body_set_state(w, 1, NULL, NULL, v, spin) == ECP_OK);
+    memcpy(before, w, n);
+    step.max_iterations = 1;
+    step.fallbacks = ECP_FALLBACK_SUBSTEPS;
+    o.step = &step;
+    o.macro_step = ECP_R(0.02);
+    o.order = 2;
+    o.load = advance_nested;
+    o.load_user = &nested;
+    if (ecp_advance(w, ECP_R(0.5), &o, NULL) != ECP_OK) CHECK(memcmp(before, w, n) == 0);
+    CHECK(nested > 0 && nested < 1000);
+    CHECK(advance_clean(w));
+    free(before);
     free(w);
 }
 
@@ -1003,7 +1030,7 @@ static void advance_way(void)
 
 /* A box slides and spins flat on the ground without torsional friction. When it sticks it goes on turning, about a point
    that wanders over its face as friction turns with it: the spin stays as it was, there is no tilt, and the speed
-   stays the same from then on. (Speeds at half and at full time; the box has come to stick before.) */
+   stays what it is then, w times the place of the contact where friction is at its limit, mu times the height. */
 static void advance_pivot(void)
 {
     static const double speeds[3] = {1, 0.3, 0.7};
@@ -1011,7 +1038,6 @@ static void advance_pivot(void)
     for (k = 0; k < 3; k++) {
         ecp_advance_options o = advance_options(1e-6, 1e-3);
         ecp_world *w = advance_scene(8, 0.5, 0, 0.05);
-        double speed[2];
         advance_velocity(w, 1, speeds[k], 0, 4);
         o.max_solves = 5000;
         for (j = 0; j < 2; j++) {
@@ -1023,10 +1049,9 @@ static void advance_pivot(void)
             CHECK_NEAR(spin[0], 0, test_by(1e-9, 1e-3));
             CHECK_NEAR(spin[1], 0, test_by(1e-9, 1e-3));
             CHECK_NEAR(v[2], 0, test_by(1e-9, 1e-4));
-            speed[j] = sqrt((double)v[0] * (double)v[0] + (double)v[1] * (double)v[1]);
+            CHECK_NEAR(sqrt((double)v[0] * (double)v[0] + (double)v[1] * (double)v[1]),
+                       4 * 0.5 * 0.05, test_by(5e-6, 5e-4));
         }
-        CHECK(speed[0] > 0.05);
-        CHECK_NEAR(speed[1], speed[0], test_by(1e-4, 1e-2));
         free(w);
     }
 }
@@ -1038,7 +1063,7 @@ static void advance_legs(void)
     double end[2][3];
     int k, i;
     for (k = 0; k < 2; k++) {
-        ecp_advance_options o = advance_options(k ? 1e-8 : 1e-6, 0);
+        ecp_advance_options o = advance_options(k ? 1e-9 : 1e-7, 0);
         ecp_advance_report r;
         ecp_world *w = advance_world(8);
         ecp_material m = ecp_material_default();
@@ -1073,7 +1098,7 @@ static void advance_legs(void)
         end[k][2] = (double)spin[2];
         free(w);
     }
-    for (i = 0; i < 3; i++) CHECK_NEAR(end[1][i], end[0][i], 3e-4);
+    for (i = 0; i < 3; i++) CHECK_NEAR(end[1][i], end[0][i], 5e-6);
 }
 
 /* an angular impulse about the axis of a needle, which is not the world's: all of it becomes spin about that axis */
@@ -1106,6 +1131,7 @@ static void test_advance_section(void)
     advance_nobody();
     advance_short_of_room();
     advance_refuses();
+    advance_nested_parts();
     advance_truths();
     advance_spin();
     advance_table();

@@ -1235,6 +1235,7 @@ static void test_shape_bad_input(void)
         CHECK(ecp_shape_cylinder(&s, extreme, extreme) == ECP_BAD_SIZE);
         CHECK(ecp_shape_frustum(&s, extreme, extreme / 2, extreme) == ECP_BAD_SIZE);
         CHECK(ecp_shape_box(&s, size) == ECP_BAD_SIZE);
+        CHECK(ecp_shape_convex(&s, &ecp_i_box_class, 1, origin, extreme, NULL) == ECP_BAD_SIZE);
         CHECK(memcmp(&s, &before, sizeof s) == 0);
     }
     for (int b = 0; b < 4; b++) {

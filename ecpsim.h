@@ -4180,6 +4180,10 @@ static void ecp_i_pair_cone(ecp_i_pair *c, const ecp_real *y)
     ecp_i_copy3(cone, c->cone);
 }
 
+/* By how many of the rounding errors below the gaps of what is posed flush differ from zero, at most: rotations are
+   rounded as well, and that moves every point. (Five, of 20,000 poses of two cubes.) */
+#define ECP_I_POSE_ROUNDING 6
+
 /* N, and the rounding error of the gap, of a patch whose Qa, ra, rb are known */
 static void ecp_i_pair_normal(ecp_i_pair *c, const ecp_real *y)
 {
@@ -6082,6 +6086,16 @@ static ecp_real ecp_i_geometry_error(const ecp_i_island *s, const ecp_i_pair *c,
     return ecp_i_on_plane(c) ? 100 * (size - 2 * ECP_I_EPSILON) : 10 * (size - granted);
 }
 
+/* How far the rounding of a gap may have moved its row. Of a pair the poses count, as they are given: a wall of flush
+   cubes at rest overlaps here and there by that, and what is pushed out of there at rest topples it. Where there
+   is no load for it, the row of a gap below zero is twice the gap. */
+static ecp_real ecp_i_gap_noise(const ecp_i_island *s, const ecp_i_pair *c)
+{
+    ecp_real noise = c->d_noise / (s->h * c->V), d = c->d / (s->h * c->V);
+    if (ecp_i_on_plane(c)) return noise;
+    return (c->p[0] > -d ? ECP_R(1) : ECP_R(2)) * ECP_I_POSE_ROUNDING * noise;
+}
+
 /* F at z = (six scaled velocity changes a body, then the patches), and how large it is (ecp_i_problem);
    friction is measured with a rho that does not depend on the load. */
 static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax, ecp_real *F,
@@ -6127,7 +6141,7 @@ static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax,
         size = ecp_i_largest(normal, row) - c->n_noise;
         ecp_i_worst(&size, ecp_i_largest(gap - normal, row + normal));
         ecp_i_worst(&total->error, ecp_i_geometry_error(s, c, size, jitter));
-        ecp_i_worst(&total->error, gap_weight * (ecp_i_abs(row[gap]) - c->d_noise / (s->h * c->V)));
+        ecp_i_worst(&total->error, gap_weight * (ecp_i_abs(row[gap]) - ecp_i_gap_noise(s, c)));
         ecp_i_worst(&total->largest, ecp_i_largest(gap + 1, row));
         if (ecp_i_nf(c) == 0) continue;
         ecp_i_cone_project(c, c->rho, &q);
@@ -6952,6 +6966,32 @@ typedef struct ecp_i_mcp {
     ecp_real tau;
 } ecp_i_mcp;
 
+/* a real whose square is still a number */
+#ifdef ECPSIM_FLOAT
+#define ECP_I_SQUARABLE ECP_R(1e18)
+#else
+#define ECP_I_SQUARABLE ECP_R(1e150)
+#endif
+
+/* ecp_i_fb of numbers of any size (it is homogeneous), and without cancellation where one is negative and the other
+   large as well: in a step's units neither is needed. */
+static ecp_real ecp_i_mcp_fb(ecp_real a, ecp_real b, ecp_real tau, ecp_real *da, ecp_real *db)
+{
+    ecp_real unit = ecp_i_max(ecp_i_abs(a), ecp_i_abs(b)), value, least, most;
+    if (!(unit > ECP_I_SQUARABLE)) unit = 1;
+    a /= unit;
+    b /= unit;
+    tau /= unit;
+    value = ecp_i_fb(a, b, tau, da, db);
+    least = ecp_i_min(a, b);
+    most = ecp_i_max(a, b);
+    if (least < 0 && most > 0) {
+        ecp_real rest = least * least + 2 * tau * tau;
+        value = least - rest / (most + ecp_i_sqrt(most * most + rest));
+    }
+    return unit * value;
+}
+
 static void ecp_i_mcp_residual(void *self, const ecp_real *z, ecp_real tau, ecp_real *F,
                                ecp_i_size *total)
 {
@@ -6961,7 +7001,7 @@ static void ecp_i_mcp_residual(void *self, const ecp_real *z, ecp_real tau, ecp_
     s->problem->function(s->problem->user, z, s->value);
     s->tau = tau;
     for (i = 0; i < size; i++) {
-        F[i] = i < n ? s->value[i] : ecp_i_fb(z[i], s->value[i], tau, &da, &db);
+        F[i] = i < n ? s->value[i] : ecp_i_mcp_fb(z[i], s->value[i], tau, &da, &db);
         ecp_i_worst(&worst, ecp_i_abs(F[i]));
     }
     total->largest = total->error = total->rest = worst;
@@ -6982,7 +7022,7 @@ static int ecp_i_mcp_step(void *self, const ecp_real *z, const ecp_real *F, ecp_
         s->rhs[i] = -F[i];
         s->J[size * i + i] += compliance;
         if (i < n) continue;
-        ecp_i_fb(z[i], s->value[i], s->tau, &da, &db);
+        ecp_i_mcp_fb(z[i], s->value[i], s->tau, &da, &db);
         for (j = 0; j < size; j++) s->J[size * i + j] *= db;
         s->J[size * i + i] += da;
     }
@@ -7296,6 +7336,19 @@ static void ecp_i_move_apart(const ecp_i_posed *A, ecp_i_posed *B, ecp_real at_a
     ecp_i_copy3(apart, n);
 }
 
+/* How deep two that overlap are in each other along n, the normal when they have been moved apart. By the nearest
+   points: the far end of a wall says as overlap what its normal is off. */
+static ecp_real ecp_i_overlap(const ecp_i_posed *A, const ecp_i_posed *B, ecp_real n[3])
+{
+    ecp_i_posed apart = *B;
+    ecp_real at_a[3], at_b[3], way[3];
+    ecp_i_move_apart(A, &apart, at_a, at_b, n);
+    ecp_i_sub(B->x, apart.x, way);
+    ecp_i_axpy(way, 1, at_b, way);
+    ecp_i_sub(way, at_a, way);
+    return -ecp_i_dot(n, way);
+}
+
 /* what counts as apart, or as the rounding of it */
 static ecp_real ecp_i_slack(const ecp_i_pair *c)
 {
@@ -7320,22 +7373,16 @@ static void ecp_i_moved(const ecp_i_pair *c, const ecp_i_posed *A, const ecp_i_p
    step began, so to speak, or 0. */
 static ecp_real ecp_i_passes(const ecp_i_pair *c, const ecp_real n[3])
 {
-    ecp_i_posed A, B, apart;
+    ecp_i_posed A, B;
     ecp_real at_a[3], at_b[3], before[3], local[3], turned[3], depth;
     const ecp_i_motion *m = ecp_i_norm(c->ma->v + 3) > ecp_i_norm(c->mb->v + 3) ? c->mb : c->ma;
     ecp_i_pose(c, 0, 0, &A);
     ecp_i_pose(c, 1, 0, &B);
     depth = -ecp_i_separation(&A, &B, n);
     if (depth <= ecp_i_slack(c)) return 0;
-    if (!(ecp_i_distance(&A, &B, at_a, at_b, before) > 0)) {
-        apart = B;
-        ecp_i_move_apart(&A, &apart, at_a, at_b, before);
-        /* by the nearest points: the far end of a wall says as overlap what its normal is off */
-        ecp_i_sub(at_b, at_a, local);
-        ecp_i_sub(B.x, apart.x, turned);
-        ecp_i_axpy(local, 1, turned, local);
-        if (ecp_i_dot(before, local) < -ecp_i_slack(c)) return 0;
-    }
+    if (!(ecp_i_distance(&A, &B, at_a, at_b, before) > 0) &&
+        ecp_i_overlap(&A, &B, before) > ecp_i_slack(c))
+        return 0;
     ecp_i_mul_t(m->R0, before, local);
     ecp_i_mul(m->R, local, turned);
     if (ecp_i_dot(turned, n) >= -ECP_R(0.5))
@@ -7559,6 +7606,12 @@ static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *gue
     else if (first && ecp_i_on_plane(c))
         ecp_i_touches(c, &A, a, n);
     ecp_i_start_at(c, &A, &B, a, b, n, y);
+    if (!ecp_i_on_plane(c)) {
+        ecp_real size = ecp_i_norm(c->offset) + ecp_i_norm(c->ra0);
+        ecp_i_axpy(c->offset, 1, c->ra0, b);
+        size += ecp_i_norm(b);
+        if (ecp_i_abs(gap) <= ECP_I_POSE_ROUNDING * ECP_I_EPSILON * size) gap = 0;
+    }
     gap /= h * c->V;
     y[ecp_i_at_p(c)] = ecp_i_start_load(c, n, gap);
 }
@@ -8186,6 +8239,13 @@ static int ecp_i_candidates(ecp_i_broad *b, const ecp_i_part *parts, int shapes,
 
 /* >>step ================================================================================== */
 
+/* two shapes i < j that touch at a corner when the step begins (ecp_i_meets_at_corner), and a direction in which they
+   are apart then */
+typedef struct ecp_i_corner {
+    int i, j;
+    ecp_real n[3];
+} ecp_i_corner;
+
 typedef struct ecp_i_step {
     ecp_world *w;
     ecp_real h;
@@ -8198,8 +8258,10 @@ typedef struct ecp_i_step {
     ecp_i_motion *motions;
     ecp_i_pair *pairs;
     int pair_count;
-    int *extra, extras; /* pairs of shapes that turned out to touch after all */
-    int *bodies;        /* of an island */
+    int *extra, extras;   /* pairs of shapes that turned out to touch after all */
+    ecp_i_corner *corner; /* pairs that are left out though they touch */
+    int corners;
+    int *bodies; /* of an island */
     ecp_i_broad broad;
     ecp_real *margins, *reaches; /* of each primitive, ecp_i_margin and ecp_i_part_reach */
     ecp_i_pair **members;
@@ -8228,6 +8290,8 @@ static void ecp_i_carve_step(ecp_i_arena *arena, int bodies, int shapes, int pat
     s->motions = (ecp_i_motion *)ecp_i_take(arena, (size_t)bodies, sizeof(ecp_i_motion));
     s->margins = ecp_i_take_reals(arena, 2, shapes);
     ecp_i_carve_broad(arena, shapes, &s->broad);
+    if (ECP_I_PAIRS)
+        s->corner = (ecp_i_corner *)ecp_i_take(arena, (size_t)patches, sizeof(ecp_i_corner));
     s->bodies = ecp_i_take_ints(arena, bodies + 2 * patches);
     if (!s->bodies || !s->margins) return;
     s->reaches = s->margins + shapes;
@@ -8520,15 +8584,77 @@ static int ecp_i_near(const ecp_i_step *s, const ecp_i_pair *c, const ecp_i_patc
     return ecp_i_closer(&A, &B, reach);
 }
 
-/* do the two overlap at the end of the trial motion? */
-static int ecp_i_touching(const ecp_i_pair *c)
+/* Do two that touch meet at a corner, edge along edge or vertex to vertex, as boxes of a grid do across it? Then there
+   is a second direction, a normal of a face at the nearest points, in which they are no deeper in each other than
+   along the normal n, and their normal may be any between the two. While such a contact carries nothing it holds
+   nothing either, but its normal turns by what the two move over a gap of nothing, and one such patch keeps Newton
+   from all the others. f: room for the values and gradients of the two primitives. */
+static int ecp_i_meets_at_corner(const ecp_i_pair *c, ecp_real *f, ecp_real n[3])
+{
+    ecp_i_posed A, B, apart;
+    ecp_real at[2][3], local[3], out[3], gap, slack = ecp_i_slack(c);
+    int side, i;
+    ecp_i_pose(c, 0, 0, &A);
+    ecp_i_pose(c, 1, 0, &B);
+    apart = B;
+    gap = ecp_i_distance(&A, &B, at[0], at[1], n);
+    if (gap > slack) return 0;
+    if (!(gap > 0)) ecp_i_move_apart(&A, &apart, at[0], at[1], n);
+    if (ecp_i_separation(&A, &B, n) < -slack) return 0;
+    for (side = 0; side < 2; side++) {
+        const ecp_i_posed *p = side ? &apart : &A;
+        int count = p->shape->inequalities;
+        ecp_real *g = f + count;
+        ecp_i_sub(at[side], p->x, out);
+        ecp_i_mul_t(p->Q, out, local);
+        p->shape->cls->eval(p->shape, local, f, g);
+        for (i = 0; i < count; i++) {
+            if (f[i] < -4 * slack) continue;
+            ecp_i_mul(p->Q, g + 3 * i, out);
+            if (side) ecp_i_scale(-1, out, out);
+            if (!ecp_i_normalise(out) || ecp_i_dot(out, n) > ECP_R(0.999)) continue;
+            if (ecp_i_separation(&A, &B, out) >= -slack) return 1;
+        }
+    }
+    return 0;
+}
+
+/* Is the pair left out, as a corner that carries nothing? Then it is listed, and looked at once more at the end of
+   the step (ecp_i_find_corners). */
+static int ecp_i_leaves_corner(ecp_i_step *s, const ecp_i_pair *c, const ecp_i_patch *old, int i,
+                               int j)
+{
+    size_t mark = s->arena.used;
+    ecp_i_corner *corner = s->corner + s->corners;
+    ecp_real *room;
+    int count, found;
+    if (!ECP_I_PAIRS || ecp_i_on_plane(c) || s->corners == s->w->desc.max_patches) return 0;
+    if (old && (old->guess || old->contact.p_n > 0 || old->contact.gap > ecp_i_slack(c))) return 0;
+    count = c->a->shape.inequalities;
+    if (count < c->b->shape.inequalities) count = c->b->shape.inequalities;
+    room = ecp_i_take_reals(&s->arena, 4, count);
+    found = room && ecp_i_meets_at_corner(c, room, corner->n);
+    /* zero again, for the next pair */
+    if (room) ECPSIM_MEMSET(room, 0, 4 * (size_t)count * sizeof(ecp_real));
+    s->arena.used = mark;
+    if (!found) return 0;
+    corner->i = i;
+    corner->j = j;
+    s->corners++;
+    return 1;
+}
+
+/* Do the two overlap at the end of the trial motion, by more than the certificate of a patch lets pass? */
+static int ecp_i_touching(const ecp_i_step *s, const ecp_i_pair *c, const ecp_real *along)
 {
     ecp_i_posed A, B;
-    ecp_real n[3], at_a[3];
+    ecp_real n[3], at_a[3], size = ecp_i_min(c->a->shape.radius, c->b->shape.radius), limit;
     ecp_i_pose(c, 0, 1, &A);
     ecp_i_pose(c, 1, 1, &B);
     if (ecp_i_on_plane(c)) return ecp_i_plane_gap(&A, &B, 0, n, at_a) < 0;
-    return ecp_i_closer(&A, &B, 0);
+    limit = 4 * s->o->tolerance * size + ECP_I_EPSILON * (ecp_i_norm(c->offset) + size);
+    if (along && ecp_i_separation(&A, &B, along) >= -limit) return 0;
+    return ecp_i_closer(&A, &B, 0) && ecp_i_overlap(&A, &B, n) > limit;
 }
 
 /* the geometric mean; by two roots where the product is beyond the reals */
@@ -8610,7 +8736,9 @@ static ecp_status ecp_i_add_pair(ecp_i_step *s, size_t begin, int i, int j, int 
     if (!ecp_i_pair_bind(s, i, j, c)) return ECP_OK;
     while (*next < s->w->patches && ecp_i_patch_before(list + *next, i, j)) ++*next;
     if (*next < s->w->patches && ecp_i_patch_is(list + *next, i, j)) old = list + *next;
-    if (!ecp_i_near(s, c, old) && !ecp_i_is_extra(s, i, j)) return ECP_OK;
+    if (!ecp_i_is_extra(s, i, j) &&
+        (!ecp_i_near(s, c, old) || ecp_i_leaves_corner(s, c, old, i, j)))
+        return ECP_OK;
     if (s->pair_count == s->w->desc.max_patches) {
         return ecp_i_fail(s->r, ECP_CAPACITY, -1, i, j, (ecp_real)(s->pair_count + 1),
                           (ecp_real)s->w->desc.max_patches);
@@ -8664,7 +8792,7 @@ static ecp_status ecp_i_find_pairs(ecp_i_step *s)
         }
     }
     if (ECP_I_PAIRS) ecp_i_broad_build(b, parts, shapes);
-    s->pair_count = 0;
+    s->pair_count = s->corners = 0;
     for (i = 0; i < shapes; i++) {
         if (parts[i].body == ECP_I_FREE) continue;
         found = ecp_i_candidates(b, parts, shapes, i, i);
@@ -8720,6 +8848,31 @@ static int ecp_i_strayed(const ecp_i_step *s, int i)
     return s->h * (ecp_i_norm(off) + s->reaches[i] * ecp_i_norm(m->v + 3)) > s->margins[i];
 }
 
+/* adds a pair to the extra ones, if there is room */
+static void ecp_i_add_extra(ecp_i_step *s, int i, int j)
+{
+    if (s->extras == s->w->desc.max_patches) return;
+    s->extra[2 * s->extras] = i;
+    s->extra[2 * s->extras++ + 1] = j;
+}
+
+/* the same for the corners that were left out */
+static void ecp_i_find_corners(ecp_i_step *s)
+{
+    size_t mark = s->arena.used;
+    ecp_i_pair *c;
+    int k;
+    if (s->corners == 0) return;
+    c = (ecp_i_pair *)ecp_i_take(&s->arena, 1, sizeof(ecp_i_pair));
+    ECPSIM_ASSERT(c);
+    for (k = 0; k < s->corners; k++) {
+        const ecp_i_corner *corner = s->corner + k;
+        if (ecp_i_pair_bind(s, corner->i, corner->j, c) && ecp_i_touching(s, c, corner->n))
+            ecp_i_add_extra(s, corner->i, corner->j);
+    }
+    ecp_i_release(&s->arena, mark, s->arena.top);
+}
+
 /* adds pairs that were left out but overlap at the end of the step to the extra ones */
 static void ecp_i_find_touching(ecp_i_step *s)
 {
@@ -8732,6 +8885,7 @@ static void ecp_i_find_touching(ecp_i_step *s)
         if (parts[i].body == ECP_I_FREE) continue;
         strayed = ecp_i_strayed(s, i);
     }
+    if (ECP_I_PAIRS) ecp_i_find_corners(s);
     if (!strayed) return;
     for (i = 0; ECP_I_PAIRS && i < shapes; i++) {
         if (parts[i].body == ECP_I_FREE) continue;
@@ -8748,10 +8902,8 @@ static void ecp_i_find_touching(ecp_i_step *s)
             int lo = i < b->hits[k] ? i : b->hits[k];
             j = i + b->hits[k] - lo;
             if (ecp_i_is_in(s, lo, j) || ecp_i_is_extra(s, lo, j)) continue;
-            if (!ecp_i_pair_bind(s, lo, j, c) || !ecp_i_touching(c)) continue;
-            if (s->extras == s->w->desc.max_patches) continue;
-            s->extra[2 * s->extras] = lo;
-            s->extra[2 * s->extras++ + 1] = j;
+            if (ecp_i_pair_bind(s, lo, j, c) && ecp_i_touching(s, c, NULL))
+                ecp_i_add_extra(s, lo, j);
         }
     }
     ecp_i_release(&s->arena, mark, s->arena.top);
@@ -9900,20 +10052,13 @@ static void ecp_i_add_carried(ecp_real *x, ecp_real *carry, ecp_real dx)
     *x = sum;
 }
 
-/* the turn in a step, in rad, whose square is still a number */
-#ifdef ECPSIM_FLOAT
-#define ECP_I_LARGEST_TURN ECP_R(1e18)
-#else
-#define ECP_I_LARGEST_TURN ECP_R(1e150)
-#endif
-
 static ecp_status ecp_i_check_turn(ecp_i_step *s, int body, const ecp_real w[3])
 {
     int k;
     for (k = 0; k < 3; k++) {
         ecp_real turn = ecp_i_abs(s->h * w[k]);
-        if (turn <= ECP_I_LARGEST_TURN) continue;
-        return ecp_i_fail(s->r, ECP_NOT_FINITE, body, -1, -1, turn, ECP_I_LARGEST_TURN);
+        if (turn <= ECP_I_SQUARABLE) continue;
+        return ecp_i_fail(s->r, ECP_NOT_FINITE, body, -1, -1, turn, ECP_I_SQUARABLE);
     }
     return ECP_OK;
 }
@@ -11085,6 +11230,42 @@ static void ecp_i_project_velocities(ecp_i_advance *a)
     }
 }
 
+/* may the two primitives touch, wherever they are? Of a half-space and another one j is the half-space, of others i
+   is the first. */
+static int ecp_i_can_touch(const ecp_world *w, int i, int j)
+{
+    const ecp_i_part *a = ecp_i_parts(w) + i, *b = ecp_i_parts(w) + j;
+    int plane = b->shape.kind == ECP_HALF_SPACE;
+    if (a->shape.kind == ECP_HALF_SPACE || (!plane && (!ECP_I_PAIRS || j <= i))) return 0;
+    if (a->body == b->body || !ecp_i_may_meet(a, b)) return 0;
+    return ecp_i_body_of(w, i)->kind == ECP_DYNAMIC || ecp_i_body_of(w, j)->kind == ECP_DYNAMIC;
+}
+
+/* do any two overlap by more than the rounding of their poses? */
+static int ecp_i_overlaps(const ecp_world *w)
+{
+    int i, j;
+    for (i = 0; i < w->shapes; i++) {
+        for (j = 0; j < w->shapes; j++) {
+            ecp_i_posed A, B;
+            ecp_real n[3], at_a[3], depth, size;
+            const ecp_i_body *body = ecp_i_body_of(w, i);
+            if (!ecp_i_can_touch(w, i, j)) continue;
+            ecp_i_pose_of(w, i, body->x, &A);
+            ecp_i_pose_of(w, j, body->x, &B);
+            if (B.shape->kind == ECP_HALF_SPACE) {
+                depth = -ecp_i_plane_gap(&A, &B, 0, n, at_a);
+            } else {
+                if (!ecp_i_closer(&A, &B, 0)) continue;
+                depth = ecp_i_overlap(&A, &B, n);
+            }
+            size = ecp_i_norm(body->x) + ecp_i_norm(B.x) + A.shape->radius + ecp_i_norm(A.x);
+            if (depth > 64 * ECP_I_EPSILON * size) return 1;
+        }
+    }
+    return 0;
+}
+
 /* The step h of the world at rest, without weight, on to which the normal impulses press that the contacts
    have just had, times `press`. Its displacement is the least, in the norm of the kinetic energy, that closes gaps
    and overlaps; of its result the poses are kept, velocities and the rest stay; without `press` not even these if
@@ -11328,19 +11509,12 @@ static ecp_real ecp_i_overlap_at(const ecp_i_advance *a, int shape_a, int shape_
 /* Does the macro step jump over a contact? Notes when. */
 static int ecp_i_jumps(ecp_i_advance *a)
 {
-    const ecp_i_part *parts = ecp_i_parts(a->w);
     ecp_real first = 2;
     int i, j;
     for (i = 0; i < a->w->shapes; i++) {
         for (j = 0; j < a->w->shapes; j++) {
-            int plane = parts[j].shape.kind == ECP_HALF_SPACE;
             ecp_i_phase f;
-            if (parts[i].shape.kind == ECP_HALF_SPACE || (!plane && (!ECP_I_PAIRS || j <= i)))
-                continue;
-            if (parts[i].body == parts[j].body || !ecp_i_may_meet(parts + i, parts + j)) continue;
-            if (ecp_i_body_of(a->w, i)->kind != ECP_DYNAMIC &&
-                ecp_i_body_of(a->w, j)->kind != ECP_DYNAMIC)
-                continue;
+            if (!ecp_i_can_touch(a->w, i, j)) continue;
             f.shape_a = i;
             f.shape_b = j;
             if (ecp_i_find_phase(a->now, a->now_count, &f)) continue;
@@ -11998,7 +12172,7 @@ ECP_DEF ecp_status ecp_advance(ecp_world *world, ecp_real duration,
     ecp_i_take_impulses(world);
     world->printed_moment = 1;
     /* overlaps first, and at rest: depth / h has no limit where h has none */
-    if (duration > 0) ecp_i_still_step(&a, duration, 0);
+    if (duration > 0 && ecp_i_overlaps(world)) ecp_i_still_step(&a, duration, 0);
     r.status =
         a.o.macro_step > 0 ? ecp_i_advance_paced(&a, duration) : ecp_i_advance_to(&a, duration);
     world->printed_moment = 0;

@@ -295,8 +295,7 @@ typedef double ecp_real;
    nothing. ecp_status_string() gives the sentence. */
 #define ECP_STATUS_LIST(X)                                                                         \
     X(ECP_OK, 0, "success")                                                                        \
-    X(ECP_NOT_SOLVED, -1,                                                                          \
-      "the step's equations were not solved within the limits; the world is as it was")            \
+    X(ECP_NOT_SOLVED, -1, "the equations were not solved within the limits; all is as it was")     \
     X(ECP_BAD_POINTER, -2, "a required pointer is NULL")                                           \
     X(ECP_NOT_FINITE, -3, "a number is NaN or infinite")                                           \
     X(ECP_BAD_SIZE, -4,                                                                            \
@@ -504,7 +503,7 @@ struct ecp_shape {
 
 /* The half-space {x : normal.x <= offset}. `normal` points out of the solid and need not have unit
    length: normal and offset are divided by |normal|, which leaves the set unchanged. A zero normal
-   gives ECP_BAD_SIZE. It has no mass, so it can belong to a fixed body only. */
+   gives ECP_BAD_SIZE. It has no mass, so it cannot belong to a dynamic body. */
 ECP_DEF ecp_status ecp_shape_half_space(ecp_shape *s, const ecp_real normal[3], ecp_real offset);
 
 /* The ball of radius `radius` about the origin. */
@@ -604,7 +603,8 @@ typedef struct ecp_world_desc {
    solver_bytes = 8, and these 8. What it took then is in ecp_report.memory_used. */
 ECP_DEF ecp_world_desc ecp_world_desc_default(void);
 
-/* The bytes that ecp_world_init needs for this description, or 0 if it is out of range. */
+/* The bytes that ecp_world_init needs for this description, or 0 if it is out of range: 1 to 4096 bodies, up to 100,000
+   shapes and patches, 1 to 1000 inequalities. */
 ECP_DEF size_t ecp_world_memsize(const ecp_world_desc *desc);
 
 /* Lays out an empty world in mem (at least memsize bytes, aligned to 8) and stores its address, mem
@@ -726,22 +726,24 @@ typedef enum ecp_rule {
     ECP_NEAREST  /* the one Newton reaches from the guess, the last step's solution */
 } ecp_rule;
 
-/* The ways out that are tried, in this order, when Newton stalls from the warm start. Where three bodies and more
-   meet, sub-steps are tried right after ECP_FALLBACK_GEOMETRIC (in large heaps ECP_FALLBACK_CONTINUATION), and
-   the others after them. */
+/* The ways out when Newton stalls from the warm start, tried in the order GEOMETRIC, CONTINUATION, LOAD, MULTISTART,
+   CHORD, SUBSTEPS (their numbers are not the order). Where three bodies and more meet, sub-steps are tried right after
+   ECP_FALLBACK_GEOMETRIC (in large heaps ECP_FALLBACK_CONTINUATION), and the others after them. */
 enum {
     ECP_FALLBACK_GEOMETRIC = 1, /* start from support points at the pose free motion predicts, and
                                       from several points a patch with rough impulses */
     ECP_FALLBACK_CONTINUATION = 2, /* smoothed complementarity and contacts that give way,
                                       both taken to zero */
-    ECP_FALLBACK_MULTISTART = 4,   /* the same from a fixed sequence of disturbed starts */
-    ECP_FALLBACK_LOAD = 8,         /* the loads and velocities of the step grow from nothing */
-    ECP_FALLBACK_SUBSTEPS = 16,    /* shorter steps, each solved like a step, up to 256 of them;
+    ECP_FALLBACK_MULTISTART =
+        4,                 /* Newton from a fixed sequence of other starts: geometric ones of other
+                                      motions and points, in ecp_mcp_solve disturbed ones */
+    ECP_FALLBACK_LOAD = 8, /* the loads and velocities of the step grow from nothing */
+    ECP_FALLBACK_SUBSTEPS = 16, /* shorter steps, each solved like a step, up to 256 of them;
                                       ecp_report.substeps says how many. Contacts and
                                       ecp_printed_residual are then those of the last of them.
                                       Also for a solution whose contacts win energy, which is one
                                       far away (ecp_report.work), if there is another way */
-    ECP_FALLBACK_CHORD = 32        /* before sub-steps, all of the above with the slip measured by
+    ECP_FALLBACK_CHORD = 32     /* before sub-steps, all of the others with the slip measured by
                                       what the step moves the points in contact, over h, and not
                                       by velocities at its end (they differ by h w^2 r / 2): for
                                       bodies that hold each other and turn, often the only way.
@@ -784,12 +786,14 @@ typedef struct ecp_report {
                              are counted nowhere else, their patches are */
     int patches_kept;     /* pairs of primitives in the problem, or asleep */
     int patches_left_out; /* all others (filters aside; INT_MAX of more): they cannot touch within
-                             the step */
+                             the step, or touch at a corner (edge along edge, vertex to vertex), carried
+                             nothing in the last step and do not overlap after this one */
     int islands;          /* groups of bodies that touch, each solved by itself */
     int iterations; /* Newton iterations, all attempts. Where bodies meet they are repeated with
                             the elimination they have, which `evaluations` alone counts */
     int centring_rounds; /* of the rule ECP_CENTRED */
-    int centred;         /* 1: the rule reached its solution in every island that needed it */
+    int centred;         /* 1: the rule reached its solution in every island that needed it; 0 with
+                            ECP_NEAREST */
     int evaluations;     /* residual evaluations, of an island each */
     int fallbacks;       /* ECP_FALLBACK_... that were used, or-ed */
     int substeps;        /* shorter steps that it took; 1 but for ECP_FALLBACK_SUBSTEPS */
@@ -799,14 +803,17 @@ typedef struct ecp_report {
     ecp_real value, limit; /* if status is not ECP_OK: the value met and the one it must meet; the
                               depth and 0, where all that was found went through each other */
     ecp_real merit; /* |F|^2 / 2, friction rows weighed by their load, summed over the islands */
-    ecp_real natural_residual; /* max |F_i|, rounding floors included */
+    ecp_real natural_residual; /* max |F_i|, as for the tolerance, rounding floors included */
     ecp_real worst_gap;        /* the least separation of a patch, m; below zero: penetration */
-    ecp_real work;         /* the most that the contacts of an island add to its energy, in units of
-                              the sum of m vs^2 over its bodies, without what pushes overlaps apart.
+    ecp_real work; /* the most that the contacts of an island add to its energy, in units of
+                              twice the kinetic energy of its bodies (of each the most that it has
+                              before, after, or in free motion), without what pushes overlaps apart.
                               More than 0.1 is given up for sub-steps, where they may be used and
                               max_total_iterations is 0, and taken if they do no better. (0 if
                               ECPSIM_FALLBACKS is without them) */
-    ecp_real worst_cone;   /* max of |y| - mu p_n over the patches, N s; y as in docs/model.md */
+    ecp_real
+        worst_cone; /* max of |y| - mu p_n over the patches, N s, or 0 if it is negative for all:
+                                    how far a cone is left; y as in docs/model.md */
     ecp_real largest_turn; /* max of h |w| over the bodies, rad. A step that turns a body by
                                     more than about 0.1 may have several solutions, of which the
                                     one nearest to the start is taken */
@@ -826,6 +833,7 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
 ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
                                  const ecp_real point[3]);
 
+/* without a load; sticks; slips, or has no friction (sigma is 0 then) */
 typedef enum ecp_mode { ECP_APART, ECP_STICK, ECP_SLIP } ecp_mode;
 
 /* A patch at the end of the last step. */
@@ -983,7 +991,7 @@ typedef struct ecp_mcp {
 typedef struct ecp_mcp_report {
     int iterations, evaluations;
     int fallbacks; /* ECP_FALLBACK_CONTINUATION, ECP_FALLBACK_MULTISTART */
-    ecp_real natural_residual;
+    ecp_real natural_residual; /* the largest component of the Fischer-Burmeister residual */
     ecp_real merit;
 } ecp_mcp_report;
 
@@ -9411,7 +9419,7 @@ static int ecp_i_turns_up(const ecp_i_pair *c, const ecp_i_patch *old)
 }
 
 /* the last of the starts; fallbacks that a program does without need none but the warm one */
-#define ECP_I_STARTS ((ECPSIM_FALLBACKS) & ~(ECP_FALLBACK_SUBSTEPS | ECP_FALLBACK_CHORD) ? 11 : 0)
+#define ECP_I_STARTS ((ECPSIM_FALLBACKS) & ~(ECP_FALLBACK_SUBSTEPS | ECP_FALLBACK_CHORD) ? 10 : 0)
 
 /* the unknowns of a patch in start k, its impulse on the bodies, and what that may be off */
 static void ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, ecp_real *z)
@@ -9448,8 +9456,7 @@ static void ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, 
 }
 
 /* Start k: the patches warm (0), geometric (1), from several points each (2), geometric for the pose
-   that a part of the free motion leads to (3 to 6), geometric with the ECPs to one side (7 to 10), or
-   warm once more, now without a rival (11; see ecp_i_better_start). The warm start's velocities
+   that a part of the free motion leads to (3 to 6), or geometric with the ECPs to one side (7 to 10). The warm start's velocities
    balance its impulses (a patch without a history knows its load but not where it acts, and gets no
    moment); those that are nothing but the rounding of that balance, or that the rounding floors of the
    patches would let pass, or of a turn that the quaternion has no room for, with the way of the body's
@@ -9460,7 +9467,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
     static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)};
     ecp_i_island *s = (ecp_i_island *)self;
     ecp_real dv[6];
-    int i, j, first = ECP_I_STARTS == 0 || k == 0 || k == ECP_I_STARTS;
+    int i, j, first = k == 0;
     if (k > ECP_I_STARTS) return 0;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
@@ -9704,8 +9711,25 @@ static ecp_status ecp_i_no_room(ecp_i_step *step, const ecp_i_island *s, int lab
 /* the most work of contacts that may pass for the curvature of their gaps */
 #define ECP_I_MOST_WORK ECP_R(0.1)
 
-/* The work of the island's contacts: the sum of p . v, v at the end of the step, in units of the sum of
-   m vs^2. The kinetic energy is that of the free motion, plus this, less |dv|^2_M / 2, dv what the
+/* twice the most kinetic energy that a body has in the step, before it, after it or in free motion */
+static ecp_real ecp_i_most_energy(const ecp_i_motion *m)
+{
+    ecp_real L[3], predicted[6], most = 0;
+    const ecp_real *v[3];
+    int k;
+    for (k = 0; k < 6; k++) predicted[k] = m->body->v[k] + m->free[k];
+    v[0] = m->body->v;
+    v[1] = predicted;
+    v[2] = m->v;
+    for (k = 0; k < 3; k++) {
+        ecp_i_mul(m->inertia, v[k] + 3, L);
+        most = ecp_i_max(most, m->mass * ecp_i_dot(v[k], v[k]) + ecp_i_dot(v[k] + 3, L));
+    }
+    return most;
+}
+
+/* The work of the island's contacts: the sum of p . v, v at the end of the step, in units of the energy of its
+   bodies (ecp_i_most_energy), of a ten-thousandth of m vs^2 at least. The kinetic energy is that of the free motion, plus this, less |dv|^2_M / 2, dv what the
    contacts change. Gaps close with p_n v_n <= 0 and friction opposes slip, so it is not positive, but for
    what pushes overlaps apart (which is taken off, and what rounding and normals may miss with it) and for
    the curvature of gaps, which is little while turns are small. If it is large the solution is another one,
@@ -9714,7 +9738,10 @@ static ecp_real ecp_i_contact_work(const ecp_i_island *s, ecp_real tolerance)
 {
     ecp_real work = 0, unit = 0, speed = ecp_i_mover(s, 0)->speed, v[3];
     int i;
-    for (i = 0; i < ecp_i_body_count(s); i++) unit += ecp_i_mover(s, i)->mass * speed * speed;
+    for (i = 0; i < ecp_i_body_count(s); i++) {
+        const ecp_i_motion *m = ecp_i_mover(s, i);
+        unit += ecp_i_max(ecp_i_most_energy(m), ECP_R(1e-4) * m->mass * speed * speed);
+    }
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs[i];
         ecp_i_pair_velocity(c, v);

@@ -665,6 +665,64 @@ static void newton_test_limits(void)
     }
 }
 
+/* exp(z) - 1e6, whose first step goes where its square is no number */
+static void newton_exp_f(void *user, const ecp_real *z, ecp_real *F)
+{
+    (void)user;
+    F[0] = (ecp_real)exp((double)z[0]) - ECP_R(1e6);
+}
+
+static void newton_exp_j(void *user, const ecp_real *z, ecp_real *J)
+{
+    (void)user;
+    J[0] = (ecp_real)exp((double)z[0]);
+}
+
+/* Numbers of very different sizes: what is accepted is a solution to the tolerance, by Fischer-Burmeister with more
+   digits, or with scaled numbers. */
+static void newton_test_sizes(void)
+{
+    static const double lines[7][3] = {{1e10, 1, -4e-7}, {1e6, 1, -4e-11}, {-1, 1e-8, 0},
+                                       {-1, 1e-4, 0},    {1e4, 1, -2e-4},  {-1, 1e-3, 0},
+                                       {1e6, 0, -0.01}};
+    ecp_options o = ecp_options_default();
+    ecp_mcp p;
+    ecp_mcp_report r;
+    double memory[200];
+    int k, solved = 0;
+    memset(&p, 0, sizeof p);
+    p.m = 1;
+    for (k = 0; k < 7; k++) {
+        newton_linear line;
+        ecp_real z[1], F;
+        double least, most;
+        line.size = 1;
+        line.q[0] = (ecp_real)lines[k][0];
+        line.M[0] = (ecp_real)lines[k][1];
+        z[0] = (ecp_real)lines[k][2];
+        p.function = newton_linear_f;
+        p.jacobian = newton_linear_j;
+        p.user = &line;
+        if (ecp_mcp_solve(&p, &o, z, memory, sizeof memory, &r) != ECP_OK) continue;
+        solved++;
+        newton_linear_f(&line, z, &F);
+        least = fmin((double)z[0], (double)F);
+        most = fmax((double)z[0], (double)F);
+        /* a + b - sqrt(a^2 + b^2) is between 0.59 and 2 times the smaller, if the other is larger and positive */
+        CHECK(most >= 0 && fabs(least) <= 2 * (double)o.tolerance);
+    }
+    CHECK(solved >= 5);
+    {
+        ecp_real z[1] = {0};
+        p.function = newton_exp_f;
+        p.jacobian = newton_exp_j;
+        if (ecp_mcp_solve(&p, &o, z, memory, sizeof memory, &r) == ECP_OK)
+            CHECK_NEAR(z[0], log(1e6), test_by(1e-12, 1e-5));
+        else
+            CHECK(z[0] == 0);
+    }
+}
+
 static void test_newton(void)
 {
     test_seed = 21;
@@ -677,4 +735,5 @@ static void test_newton(void)
     newton_test_circle();
     newton_test_crawl();
     newton_test_limits();
+    newton_test_sizes();
 }

@@ -149,7 +149,7 @@ static void test_fallbacks_work(void)
     fallbacks_of_the_step = 0;
     CHECK(step_work(&w, &r) == ECP_OK);
     CHECK(ecp_body_get_state(w, 1, NULL, NULL, NULL, spin) == ECP_OK);
-    CHECK(r.substeps == 1 && r.work > 5 && r.natural_residual <= 1e-12 && ecp_i_norm(spin) > 80);
+    CHECK(r.substeps == 1 && r.work > 0.8 && r.natural_residual <= 1e-12 && ecp_i_norm(spin) > 80);
     free(w);
     fallbacks_of_the_step = ECP_FALLBACK_SUBSTEPS;
     CHECK(step_work(&w, &r) == ECP_OK && r.fallbacks == ECP_FALLBACK_SUBSTEPS);
@@ -157,7 +157,7 @@ static void test_fallbacks_work(void)
     CHECK(r.substeps > 1 && r.work < 1e-3 && ecp_i_norm(spin) < 1e-9);
     free(w);
     iterations_of_the_step = 1000;
-    CHECK(step_work(&w, &r) == ECP_OK && r.fallbacks == 0 && r.substeps == 1 && r.work > 5);
+    CHECK(step_work(&w, &r) == ECP_OK && r.fallbacks == 0 && r.substeps == 1 && r.work > 0.8);
     iterations_of_the_step = 0;
     free(w);
 }
@@ -172,7 +172,7 @@ static void test_fallbacks_anyhow(void)
     for (k = 0; k < 2; k++) {
         fallbacks_of_the_step = k ? ECP_FALLBACK_SUBSTEPS : 0;
         CHECK(step_anyhow(w + k, r + k) == ECP_OK);
-        CHECK(r[k].fallbacks == fallbacks_of_the_step && r[k].substeps == 1 && r[k].work > 2);
+        CHECK(r[k].fallbacks == fallbacks_of_the_step && r[k].substeps == 1 && r[k].work > 0.7);
     }
     CHECK(r[1].iterations > 3 * r[0].iterations);
     CHECK(!memcmp(ecp_i_bodies(w[0]), ecp_i_bodies(w[1]), 2 * sizeof(ecp_i_body)));
@@ -189,8 +189,8 @@ static void test_fallbacks_heavy(void)
     for (k = 0; k < 2; k++) {
         ecp_world *w = NULL;
         double energy = 0;
-        fallbacks_of_the_step =
-            ECP_FALLBACK_GEOMETRIC | ECP_FALLBACK_CONTINUATION | (k ? ECP_FALLBACK_SUBSTEPS : 0);
+        fallbacks_of_the_step = ecp_options_default().fallbacks;
+        if (k == 0) fallbacks_of_the_step &= ~ECP_FALLBACK_SUBSTEPS;
         CHECK(step_heavy(&w, &r) == ECP_OK);
         for (i = 1; i < 3; i++) {
             const ecp_i_body *b = ecp_i_bodies(w) + i;

@@ -109,17 +109,17 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 55,404.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 56,624.
 
-       ECPSIM_NO_PAIRS     20,304  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     21,296  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   4,004  contacts are smooth, whatever the materials say
-       ECPSIM_NO_SLEEP      1,312  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   1,264  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     6,952  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
+       ECPSIM_NO_FRICTION   4,008  contacts are smooth, whatever the materials say
+       ECPSIM_NO_SLEEP      1,324  options.sleep = 1 is ECP_BAD_OPTION
+       ECPSIM_NO_CENTRING   1,312  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS     7,144  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
                                    nothing is said). Options that ask for others are ECP_BAD_OPTION.
-                                   3,264 if it is ECP_FALLBACK_GEOMETRIC; without
-                                   ECP_FALLBACK_SUBSTEPS 1,596 and the work memory for a second state
+                                   3,460 if it is ECP_FALLBACK_GEOMETRIC; without
+                                   ECP_FALLBACK_SUBSTEPS 1,788 and the work memory for a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
@@ -8800,7 +8800,8 @@ static ecp_status ecp_i_find_pairs(ecp_i_step *s)
         }
     }
     if (ECP_I_PAIRS) ecp_i_broad_build(b, parts, shapes);
-    s->pair_count = s->corners = 0;
+    s->pair_count = 0;
+    if (ECP_I_PAIRS) s->corners = 0;
     for (i = 0; i < shapes; i++) {
         if (parts[i].body == ECP_I_FREE) continue;
         found = ecp_i_candidates(b, parts, shapes, i, i);
@@ -9467,7 +9468,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
     static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)};
     ecp_i_island *s = (ecp_i_island *)self;
     ecp_real dv[6];
-    int i, j, first = k == 0;
+    int i, j, first = ECP_I_STARTS == 0 || k == 0;
     if (k > ECP_I_STARTS) return 0;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);

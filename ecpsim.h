@@ -990,7 +990,7 @@ typedef struct ecp_mcp {
 
 typedef struct ecp_mcp_report {
     int iterations, evaluations;
-    int fallbacks; /* ECP_FALLBACK_CONTINUATION, ECP_FALLBACK_MULTISTART */
+    int fallbacks;             /* ECP_FALLBACK_CONTINUATION, ECP_FALLBACK_MULTISTART */
     ecp_real natural_residual; /* the largest component of the Fischer-Burmeister residual */
     ecp_real merit;
 } ecp_mcp_report;

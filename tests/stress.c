@@ -4,8 +4,8 @@
    line a step on stderr. STRESS_SEED=1 stress full: other cases of the same families, for any number.
    STRESS_FALLBACKS=31 stress full corner: with these of the ECP_FALLBACK_... alone (here without the chord).
    After every step the report is counted, and penetration is measured by code that knows nothing of
-   the solver (distance.h). A step that is not solved ends its case. `stress full cups` and `stress full
-   wall` are known to leave some unsolved (docs/numerics.md) and are no part of the whole run. One row a family, and the sum:
+   the solver (distance.h). A step that is not solved ends its case. `stress full cups`, `stress full
+   wall` and `stress full grid` are known to leave some unsolved (docs/numerics.md) and are no part of the whole run. One row a family, and the sum:
 
      geom .. sub   steps that needed each fallback
      depth         worst penetration, in relation to the smaller body of the pair
@@ -838,6 +838,32 @@ static void build_wall(trial *t)
     t->steps = 30;
 }
 
+/* a block of 1 to 18 flush cubes, turned about the vertical or not, that stands, falls or slides */
+static void build_grid(trial *t)
+{
+    static const double hs[4] = {0.01, 0.005, 0.002, 1.0 / 60};
+    scene *s = &t->s;
+    int nx = 1 + pick(s, 3), ny = 1 + pick(s, 2), nz = 1 + pick(s, 3), i;
+    double yaw = t->number % 2 ? uniform(s, 0, 6.28) : 0, fall = uniform(s, -0.15, 0.4);
+    double x[3], v[3] = {0, 0, 0}, q[4];
+    solid cube;
+    solid_box(&cube, 0.5, 0.5, 0.5);
+    scene_open(s, nx * ny * nz + 1, nx * ny * nz + 1, 14 * nx * ny * nz, 12, 9.8);
+    friction(s, t->number % 3 ? 0.5 : 0.2, 0);
+    ground(s, 0, 0, 1, NULL);
+    turn_about(0, 0, 1, yaw, q);
+    v[0] = uniform(s, -6, 3);
+    if (v[0] < 0) v[0] = 0;
+    for (i = 0; i < nx * ny * nz; i++) {
+        x[0] = cos(yaw) * (i % nx) - sin(yaw) * (i / nx % ny);
+        x[1] = sin(yaw) * (i % nx) + cos(yaw) * (i / nx % ny);
+        x[2] = 0.5 + i / (nx * ny) + (fall > 0 ? fall : 0);
+        put(t, &cube, 1, x, q, v, NULL);
+    }
+    t->h = hs[t->number / 6 % 4];
+    t->steps = 50;
+}
+
 /* a wedge driven between two planes: its half angle theirs, or off by a little; mu locks it */
 static void build_jam(trial *t)
 {
@@ -1005,7 +1031,7 @@ static const family families[] = {
     {"jam", build_jam, 20, 200, 0},       {"rod", build_rod, 30, 300, 0},
     {"rest", build_rest, 1, 1, 0},        {"push", build_push, 3, 3, 0},
     {"creep", build_creep, 9, 12, 0},     {"cups", build_cups, 4, 40, 1},
-    {"wall", build_wall, 4, 24, 1},
+    {"wall", build_wall, 4, 24, 1},       {"grid", build_grid, 6, 60, 1},
 };
 
 /* ---- measuring */

@@ -1,5 +1,5 @@
 # make run     builds and runs the paper's examples
-# make test    everything that is tested, with every compiler that is here
+# make test    the tests, with every compiler that is here: about half an hour
 # make stress  two million steps of extreme scenes, in double and in float (stress-quick: a sample;
 #              build/stress advance: a sample by ecp_advance)
 # make order   error and cost of ecp_advance against closed forms, for tolerances 1e-3 .. 1e-10
@@ -8,7 +8,7 @@
 # make firmware  programs without an operating system; firmware-test runs them under qemu
 # make hashes  the bits of fixed scenes for all compilers and machines that are here against
 #              tests/hashes.txt; hashes-accept writes that table, after a change that is meant
-# make fuzz    the public API with hostile bytes, 10 million calls (fuzz-quick: a minute; fuzz-afl: AFL++)
+# make fuzz    the public API with hostile bytes, 10 million calls (fuzz-quick: some minutes; fuzz-afl: AFL++)
 # make matrix  the header compiled in every way: compilers, standards, reals, linkage, macros
 # make report  error against run time, ours and the peers' that are here: docs/report.md
 #              (SCENE=t3: that scene alone, to build/report_out; build/report quick: a sample)

@@ -6902,9 +6902,9 @@ static int ecp_i_takes(const ecp_i_problem *p, int solved, int still)
     return solved && (!ECP_I_PAIRS || still || !p->valid || p->valid(p->self));
 }
 
-/* The chain of attempts: Newton from the warm and the two geometric starts; from the second of these
-   continuation in the relaxation, with care, and in the load; then the disturbed starts, by Newton
-   (fully relaxed all starts lead to one solution). */
+/* The chain of attempts: Newton from the warm and the two geometric starts; from the second of these continuation in the
+   relaxation, with care; the load grown from rest; then the other starts, by Newton (fully relaxed all starts lead to
+   one solution). */
 static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *o, ecp_real *z,
                        ecp_i_effort *effort)
 {
@@ -12638,8 +12638,9 @@ ECP_DEF ecp_status ecp_dump(const ecp_world *world, ecp_real h, const ecp_option
 
 /* >>printed ===============================================================================
    The paper's equations, term by term as they are printed, on the states before and after a step.
-   Nothing here is shared with the solver but the shapes, the vectors, and the gyroscopic moment of bodies that turn
-   far within the step, which is no longer the printed one (ecp_i_gyroscopic). */
+   Nothing here is shared with the solver but the shapes, the vectors, the step of a quaternion, the momentum of a spin,
+   and the gyroscopic moment of bodies that turn far within the step, which is no longer the printed one
+   (ecp_i_gyroscopic). */
 
 /* |residual| against the size of what it is made of */
 static ecp_real ecp_i_relative(ecp_real residual, ecp_real size)

@@ -2,7 +2,7 @@
 # Hostile use of the public API (tests/fuzz/target.c) under the address and undefined-behaviour
 # sanitizers, in double and in float.
 #
-#   tests/fuzz.sh quick   a minute of random changes to tests/fuzz/corpus, the same on every machine: what is
+#   tests/fuzz.sh quick   80,000 random changes to tests/fuzz/corpus, the same on every machine: what is
 #                         said of a commit is not to depend on luck (make fuzz-quick)
 #   tests/fuzz.sh         libFuzzer, and random changes to what it has learnt, until FUZZ_CALLS calls (10,000,000)
 #                         are made; a line every few minutes, ^C ends it; what it has learnt stays in

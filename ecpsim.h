@@ -6902,9 +6902,9 @@ static int ecp_i_takes(const ecp_i_problem *p, int solved, int still)
     return solved && (!ECP_I_PAIRS || still || !p->valid || p->valid(p->self));
 }
 
-/* The chain of attempts: Newton from the warm and the two geometric starts; from the second of these continuation in the
-   relaxation, with care; the load grown from rest; then the other starts, by Newton (fully relaxed all starts lead to
-   one solution). */
+/* The chain of attempts: Newton from the warm and the two geometric starts; from the second of these
+   continuation in the relaxation, with care; the load grown from rest; then the other starts, by Newton
+   (fully relaxed all starts lead to one solution). */
 static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *o, ecp_real *z,
                        ecp_i_effort *effort)
 {
@@ -9457,8 +9457,8 @@ static void ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, 
 }
 
 /* Start k: the patches warm (0), geometric (1), from several points each (2), geometric for the pose
-   that a part of the free motion leads to (3 to 6), or geometric with the ECPs to one side (7 to 10). The warm start's velocities
-   balance its impulses (a patch without a history knows its load but not where it acts, and gets no
+   that a part of the free motion leads to (3 to 6), or geometric with the ECPs to one side (7 to 10). The
+   warm start's velocities balance its impulses (a patch without a history knows its load but not where it acts, and gets no
    moment); those that are nothing but the rounding of that balance, or that the rounding floors of the
    patches would let pass, or of a turn that the quaternion has no room for, with the way of the body's
    outside in it, are zero instead, or they would add up to a drift, or come and go in turn with the
@@ -9730,8 +9730,8 @@ static ecp_real ecp_i_most_energy(const ecp_i_motion *m)
 }
 
 /* The work of the island's contacts: the sum of p . v, v at the end of the step, in units of the energy of its
-   bodies (ecp_i_most_energy), of a ten-thousandth of m vs^2 at least. The kinetic energy is that of the free motion, plus this, less |dv|^2_M / 2, dv what the
-   contacts change. Gaps close with p_n v_n <= 0 and friction opposes slip, so it is not positive, but for
+   bodies (ecp_i_most_energy), of a ten-thousandth of m vs^2 at least. The kinetic energy is that of the free
+   motion, plus this, less |dv|^2_M / 2, dv what the contacts change. Gaps close with p_n v_n <= 0 and friction opposes slip, so it is not positive, but for
    what pushes overlaps apart (which is taken off, and what rounding and normals may miss with it) and for
    the curvature of gaps, which is little while turns are small. If it is large the solution is another one,
    far away: a body shot out from between two. */
@@ -11277,8 +11277,9 @@ static int ecp_i_overlaps(const ecp_world *w)
         for (j = 0; j < w->shapes; j++) {
             ecp_i_posed A, B;
             ecp_real n[3], at_a[3], depth, size;
-            const ecp_i_body *body = ecp_i_body_of(w, i);
+            const ecp_i_body *body;
             if (!ecp_i_can_touch(w, i, j)) continue;
+            body = ecp_i_body_of(w, i);
             ecp_i_pose_of(w, i, body->x, &A);
             ecp_i_pose_of(w, j, body->x, &B);
             if (B.shape->kind == ECP_HALF_SPACE) {

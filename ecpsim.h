@@ -734,16 +734,15 @@ enum {
                                       from several points a patch with rough impulses */
     ECP_FALLBACK_CONTINUATION = 2, /* smoothed complementarity and contacts that give way,
                                       both taken to zero */
-    ECP_FALLBACK_MULTISTART =
-        4,                 /* Newton from a fixed sequence of other starts: geometric ones of other
-                                      motions and points, in ecp_mcp_solve disturbed ones */
-    ECP_FALLBACK_LOAD = 8, /* the loads and velocities of the step grow from nothing */
-    ECP_FALLBACK_SUBSTEPS = 16, /* shorter steps, each solved like a step, up to 256 of them;
+    ECP_FALLBACK_MULTISTART = 4,   /* Newton from other starts, a fixed sequence: geometric ones of
+                                      other motions and points; of ecp_mcp_solve disturbed ones */
+    ECP_FALLBACK_LOAD = 8,         /* the loads and velocities of the step grow from nothing */
+    ECP_FALLBACK_SUBSTEPS = 16,    /* shorter steps, each solved like a step, up to 256 of them;
                                       ecp_report.substeps says how many. Contacts and
                                       ecp_printed_residual are then those of the last of them.
                                       Also for a solution whose contacts win energy, which is one
                                       far away (ecp_report.work), if there is another way */
-    ECP_FALLBACK_CHORD = 32     /* before sub-steps, all of the others with the slip measured by
+    ECP_FALLBACK_CHORD = 32        /* before sub-steps, all of the others with the slip measured by
                                       what the step moves the points in contact, over h, and not
                                       by velocities at its end (they differ by h w^2 r / 2): for
                                       bodies that hold each other and turn, often the only way.
@@ -805,15 +804,14 @@ typedef struct ecp_report {
     ecp_real merit; /* |F|^2 / 2, friction rows weighed by their load, summed over the islands */
     ecp_real natural_residual; /* max |F_i|, as for the tolerance, rounding floors included */
     ecp_real worst_gap;        /* the least separation of a patch, m; below zero: penetration */
-    ecp_real work; /* the most that the contacts of an island add to its energy, in units of
+    ecp_real work;         /* the most that the contacts of an island add to its energy, in units of
                               twice the kinetic energy of its bodies (of each the most that it has
                               before, after, or in free motion), without what pushes overlaps apart.
                               More than 0.1 is given up for sub-steps, where they may be used and
                               max_total_iterations is 0, and taken if they do no better. (0 if
                               ECPSIM_FALLBACKS is without them) */
-    ecp_real
-        worst_cone; /* max of |y| - mu p_n over the patches, N s, or 0 if it is negative for all:
-                                    how far a cone is left; y as in docs/model.md */
+    ecp_real worst_cone;   /* how far a friction cone is left: max of |y| - mu p_n over the patches,
+                              N s, or 0 where none is; y as in docs/model.md */
     ecp_real largest_turn; /* max of h |w| over the bodies, rad. A step that turns a body by
                                     more than about 0.1 may have several solutions, of which the
                                     one nearest to the start is taken */
@@ -833,7 +831,7 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
 ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
                                  const ecp_real point[3]);
 
-/* without a load; sticks; slips, or has no friction (sigma is 0 then) */
+/* What a patch does: it has no load; it sticks; it slips, or has no friction (sigma is 0 then). */
 typedef enum ecp_mode { ECP_APART, ECP_STICK, ECP_SLIP } ecp_mode;
 
 /* A patch at the end of the last step. */
@@ -4188,8 +4186,14 @@ static void ecp_i_pair_cone(ecp_i_pair *c, const ecp_real *y)
     ecp_i_copy3(cone, c->cone);
 }
 
-/* By how many of the rounding errors below the gaps of what is posed flush differ from zero, at most: rotations are
-   rounded as well, and that moves every point. (Five, of 20,000 poses of two cubes.) */
+/* what adding up positions rounds in the gap of a pair whose ECP is seen from A at ra, from B at rb */
+static ecp_real ecp_i_gap_rounding(const ecp_i_pair *c, const ecp_real ra[3], const ecp_real rb[3])
+{
+    return ECP_I_EPSILON * (ecp_i_norm(c->offset) + ecp_i_norm(ra) + ecp_i_norm(rb));
+}
+
+/* How many times as much the gaps of bodies differ from zero that are posed flush: rotations are rounded as well, and
+   that moves every point. (Of two cubes at the origin, in random poses, up to 4.5 times: test_step_poses.) */
 #define ECP_I_POSE_ROUNDING 6
 
 /* N, and the rounding error of the gap, of a patch whose Qa, ra, rb are known */
@@ -4200,8 +4204,7 @@ static void ecp_i_pair_normal(ecp_i_pair *c, const ecp_real *y)
     ecp_i_pair_cone(c, y);
     ecp_i_mul(c->Qa, c->cone, c->n);
     ecp_i_scale(-1, c->n, c->N);
-    c->d_floor = ECP_I_EPSILON * (ecp_i_norm(c->offset) + ecp_i_norm(c->ra) + ecp_i_norm(c->rb));
-    c->d_noise = c->d_floor;
+    c->d_floor = c->d_noise = ecp_i_gap_rounding(c, c->ra, c->rb);
 }
 
 /* after that: d, rb2, b with g there; the cone of a half-space's patch, which its normal does not need */
@@ -6094,9 +6097,9 @@ static ecp_real ecp_i_geometry_error(const ecp_i_island *s, const ecp_i_pair *c,
     return ecp_i_on_plane(c) ? 100 * (size - 2 * ECP_I_EPSILON) : 10 * (size - granted);
 }
 
-/* How far the rounding of a gap may have moved its row. Of a pair the poses count, as they are given: a wall of flush
-   cubes at rest overlaps here and there by that, and what is pushed out of there at rest topples it. Where there
-   is no load for it, the row of a gap below zero is twice the gap. */
+/* How far rounding may have moved the row of a gap. A pair's has the rounding of the poses in it: flush cubes that stand
+   in a wall overlap here and there by that, which is nothing to mend. Where there is no load for it, the row of a gap
+   below zero is twice the gap. */
 static ecp_real ecp_i_gap_noise(const ecp_i_island *s, const ecp_i_pair *c)
 {
     ecp_real noise = c->d_noise / (s->h * c->V), d = c->d / (s->h * c->V);
@@ -7615,10 +7618,8 @@ static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *gue
         ecp_i_touches(c, &A, a, n);
     ecp_i_start_at(c, &A, &B, a, b, n, y);
     if (!ecp_i_on_plane(c)) {
-        ecp_real size = ecp_i_norm(c->offset) + ecp_i_norm(c->ra0);
         ecp_i_axpy(c->offset, 1, c->ra0, b);
-        size += ecp_i_norm(b);
-        if (ecp_i_abs(gap) <= ECP_I_POSE_ROUNDING * ECP_I_EPSILON * size) gap = 0;
+        if (ecp_i_abs(gap) <= ECP_I_POSE_ROUNDING * ecp_i_gap_rounding(c, c->ra0, b)) gap = 0;
     }
     gap /= h * c->V;
     y[ecp_i_at_p(c)] = ecp_i_start_load(c, n, gap);
@@ -8633,11 +8634,12 @@ static int ecp_i_leaves_corner(ecp_i_step *s, const ecp_i_pair *c, const ecp_i_p
                                int j)
 {
     size_t mark = s->arena.used;
-    ecp_i_corner *corner = s->corner + s->corners;
+    ecp_i_corner *corner;
     ecp_real *room;
     int count, found;
     if (!ECP_I_PAIRS || ecp_i_on_plane(c) || s->corners == s->w->desc.max_patches) return 0;
     if (old && (old->guess || old->contact.p_n > 0 || old->contact.gap > ecp_i_slack(c))) return 0;
+    corner = s->corner + s->corners;
     count = c->a->shape.inequalities;
     if (count < c->b->shape.inequalities) count = c->b->shape.inequalities;
     room = ecp_i_take_reals(&s->arena, 4, count);
@@ -8652,7 +8654,8 @@ static int ecp_i_leaves_corner(ecp_i_step *s, const ecp_i_pair *c, const ecp_i_p
     return 1;
 }
 
-/* Do the two overlap at the end of the trial motion, by more than the certificate of a patch lets pass? */
+/* Do the two overlap at the end of the trial motion, by more than the certificate of a patch lets pass? along: a
+   direction in which they were apart, and most often still are; or NULL. */
 static int ecp_i_touching(const ecp_i_step *s, const ecp_i_pair *c, const ecp_real *along)
 {
     ecp_i_posed A, B;
@@ -8865,7 +8868,7 @@ static void ecp_i_add_extra(ecp_i_step *s, int i, int j)
     s->extra[2 * s->extras++ + 1] = j;
 }
 
-/* the same for the corners that were left out */
+/* adds the corners that were left out but overlap at the end of the step */
 static void ecp_i_find_corners(ecp_i_step *s)
 {
     size_t mark = s->arena.used;
@@ -8882,7 +8885,7 @@ static void ecp_i_find_corners(ecp_i_step *s)
     ecp_i_release(&s->arena, mark, s->arena.top);
 }
 
-/* adds pairs that were left out but overlap at the end of the step to the extra ones */
+/* adds all pairs that were left out but overlap at the end of the step to the extra ones */
 static void ecp_i_find_touching(ecp_i_step *s)
 {
     const ecp_i_part *parts = ecp_i_parts(s->w);

@@ -4,8 +4,8 @@
    line a step on stderr. STRESS_SEED=1 stress full: other cases of the same families, for any number.
    STRESS_FALLBACKS=31 stress full corner: with these of the ECP_FALLBACK_... alone (here without the chord).
    After every step the report is counted, and penetration is measured by code that knows nothing of
-   the solver (distance.h). A step that is not solved ends its case. `stress full cups`, `stress full
-   wall` and `stress full grid` are known to leave some unsolved (docs/numerics.md) and are no part of the whole run. One row a family, and the sum:
+   the solver (distance.h). A step that is not solved ends its case. `stress full cups` and `stress full
+   wall` are known to leave some unsolved (docs/numerics.md) and are no part of the whole run. One row a family, and the sum:
 
      geom .. sub   steps that needed each fallback
      depth         worst penetration, in relation to the smaller body of the pair
@@ -1030,8 +1030,8 @@ static const family families[] = {
     {"corner", build_corner, 20, 200, 0}, {"grip", build_grip, 20, 200, 0},
     {"jam", build_jam, 20, 200, 0},       {"rod", build_rod, 30, 300, 0},
     {"rest", build_rest, 1, 1, 0},        {"push", build_push, 3, 3, 0},
-    {"creep", build_creep, 9, 12, 0},     {"cups", build_cups, 4, 40, 1},
-    {"wall", build_wall, 4, 24, 1},       {"grid", build_grid, 6, 60, 1},
+    {"creep", build_creep, 9, 12, 0},     {"grid", build_grid, 6, 60, 2},
+    {"cups", build_cups, 4, 40, 1},       {"wall", build_wall, 4, 24, 1},
 };
 
 /* ---- measuring */

@@ -351,7 +351,7 @@ static void test_step_work(void)
             unit = mass * (s.v[0] * s.v[0] + s.v[1] * s.v[1] + s.v[2] * s.v[2]) +
                    inertia * (s.w[0] * s.w[0] + s.w[1] * s.w[1] + s.w[2] * s.w[2]);
             unit = fmax(unit, energy + mass * 9.8 * h * (9.8 * h - 2 * (double)v[2]));
-            CHECK_NEAR((double)r.work * fmax(unit, energy) / work, 1, test_by(1e-7, 1e-2));
+            CHECK_NEAR((double)r.work * fmax(unit, energy) / work, 1, test_by(1e-9, 1e-2));
             compared++;
         }
         free(world);
@@ -2196,6 +2196,54 @@ static void test_step_apart(void)
     }
 }
 
+/* Two cubes posed flush, in random poses: by how many of ecp_i_gap_rounding their gap is off. The step takes it for none
+   (ECP_I_POSE_ROUNDING). */
+static void test_step_poses(void)
+{
+    double most = 0;
+    int k, i, mended = 0;
+    for (k = 0; k < 5000; k++) {
+        ecp_world_desc d = ecp_world_desc_default();
+        ecp_real q[4], x[3], rb[3], half[3];
+        long double p[4], unit;
+        double size = 0.75 + 0.25 * test_random();
+        ecp_shape s;
+        ecp_world *w;
+        ecp_report r;
+        ecp_contact c;
+        int b;
+        d.gravity[2] = 0;
+        w = test_world(&d);
+        for (i = 0; i < 4; i++) q[i] = (ecp_real)test_random();
+        for (i = 0; i < 3; i++) half[i] = (ecp_real)size;
+        CHECK(ecp_shape_box(&s, half) == ECP_OK);
+        test_attach(w, test_body(w, ECP_STATIC, 0, 1, 1, 1, 0, 0, 0), &s, 0, 0, 0, NULL);
+        b = test_body(w, ECP_DYNAMIC, 1, 1, 1, 1, 0, 0, 0);
+        test_attach(w, b, &s, 0, 0, 0, NULL);
+        CHECK(ecp_body_set_state(w, 0, NULL, q, NULL, NULL) == ECP_OK);
+        ecp_body_get_state(w, 0, NULL, q, NULL, NULL);
+        /* where the other one's face is, with more digits than the library has */
+        for (i = 0; i < 4; i++) p[i] = (long double)q[i];
+        unit = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3];
+        x[0] = (ecp_real)(2 * half[0] * (1 - 2 * (p[2] * p[2] + p[3] * p[3]) / unit));
+        x[1] = (ecp_real)(2 * half[0] * 2 * (p[1] * p[2] + p[0] * p[3]) / unit);
+        x[2] = (ecp_real)(2 * half[0] * 2 * (p[1] * p[3] - p[0] * p[2]) / unit);
+        CHECK(ecp_body_set_state(w, b, x, q, NULL, NULL) == ECP_OK);
+        CHECK(ecp_step(w, ECP_R(1e-3), NULL, &r) == ECP_OK);
+        CHECK(ecp_contact_count(w) == 1 && ecp_contact_get(w, 0, &c) == ECP_OK);
+        if (r.iterations > 0) mended++;
+        ecp_i_sub(c.point_b, x, rb);
+        most = fmax(most, fabs((double)c.gap) /
+                              (double)(ECP_I_EPSILON *
+                                       (ecp_i_norm(x) + ecp_i_norm(rb) + ecp_i_norm(c.point_a))));
+        free(w);
+    }
+    printf("gaps of flush cubes in %s: up to %.2f roundings, %d of 5000 mended\n",
+           sizeof(ecp_real) == sizeof(double) ? "double" : "float", most, mended);
+    CHECK(most <= ECP_I_POSE_ROUNDING && most > ECP_I_POSE_ROUNDING / 2);
+    if (sizeof(ecp_real) == sizeof(double)) CHECK(mended == 0);
+}
+
 /* unit cubes in a grid, turned by yaw, z above the ground */
 static void step_grid(ecp_world *w, int nx, int ny, int nz, double yaw, double z)
 {
@@ -2215,7 +2263,8 @@ static void step_grid(ecp_world *w, int nx, int ny, int nz, double yaw, double z
 }
 
 /* Walls of flush cubes at rest, turned: the rounding of their poses makes gaps and overlaps, which are nothing to
-   mend. In short steps the weight moves a body by little more than that. */
+   mend. In short steps the weight moves a body by little more than that (in float by less, and then some are mended all
+   the same). */
 static void test_step_flush(void)
 {
     static const double cases[6][4] = {{2, 2, 72, 1e-4}, {3, 3, 140, 1e-3}, {3, 3, 70, 1e-4},
@@ -2225,7 +2274,6 @@ static void test_step_flush(void)
         ecp_world_desc d = ecp_world_desc_default();
         ecp_world *w;
         ecp_report r;
-        if (sizeof(ecp_real) == sizeof(float) && cases[i][3] < 1e-3) continue;
         d.max_bodies = 16;
         d.max_patches = 100;
         w = test_world(&d);
@@ -2233,7 +2281,7 @@ static void test_step_flush(void)
                   0);
         for (k = 0; k < 5; k++) {
             CHECK(ecp_step(w, (ecp_real)cases[i][3], NULL, &r) == ECP_OK);
-            CHECK(r.iterations == 0);
+            if (sizeof(ecp_real) == sizeof(double) || cases[i][3] >= 1e-3) CHECK(r.iterations == 0);
         }
         free(w);
     }
@@ -2351,6 +2399,7 @@ static void test_step(void)
     test_step_belt();
     test_step_momentum();
     test_step_apart();
+    test_step_poses();
     test_step_flush();
     test_step_corners();
     if (sizeof(ecp_real) == sizeof(double)) test_step_standstill();

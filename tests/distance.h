@@ -4,7 +4,7 @@
    Along any unit vector n the supports of two convex solids are apart by a number that bounds their
    distance from below, and where they overlap the largest of these numbers is the penetration with
    its sign turned. So every number here is a bound that is certain, and what is searched for is the
-   best n: the reported contact normal, then the method's last direction, also with one solid moved
+   best n: the reported contact normal, those of faces, then the method's last direction, also with one solid moved
    off a little, then small turns, because between solids that touch within rounding the method's
    directions are noise. */
 
@@ -202,6 +202,27 @@ static void distance_apart(const distance_solid *a, const distance_solid *b, dou
     distance_try(a, b, direction, best, n);
 }
 
+/* the normals of the faces of one of them, as its gradients are at its centre (or any direction, of what is curved) */
+static void distance_faces(const distance_solid *a, const distance_solid *b, int of_a, double *best,
+                           double best_n[3])
+{
+    enum { MOST = 64 };
+    const distance_solid *s = of_a ? a : b;
+    ecp_real f[MOST], g[3 * MOST];
+    int i, k;
+    if (s->shape->inequalities > MOST) return;
+    s->shape->cls->eval(s->shape, s->shape->centre, f, g);
+    for (i = 0; i < s->shape->inequalities; i++) {
+        double n[3];
+        for (k = 0; k < 3; k++) {
+            n[k] = s->Q[3 * k] * (double)g[3 * i] + s->Q[3 * k + 1] * (double)g[3 * i + 1] +
+                   s->Q[3 * k + 2] * (double)g[3 * i + 2];
+            if (of_a) n[k] = -n[k];
+        }
+        if (distance_dot(n, n) > 0.25) distance_try(a, b, n, best, best_n);
+    }
+}
+
 /* the direction from j to i of their contact in the last step; 0 if there is none */
 static int distance_normal(const ecp_world *world, int i, int j, double n[3])
 {
@@ -226,6 +247,8 @@ static double distance_pair(const distance_set *set, const ecp_world *world, int
     if (a->size <= 0) return distance_above(b, a);
     if (b->size <= 0) return distance_above(a, b);
     if (distance_normal(world, i, j, n)) distance_try(a, b, n, &best, best_n);
+    distance_faces(a, b, 1, &best, best_n);
+    distance_faces(a, b, 0, &best, best_n);
     if (best >= enough) return best;
     distance_refine(a, b, enough, &best, best_n);
     if (best >= enough) return best;

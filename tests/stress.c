@@ -4,8 +4,9 @@
    line a step on stderr. STRESS_SEED=1 stress full: other cases of the same families, for any number.
    STRESS_FALLBACKS=31 stress full corner: with these of the ECP_FALLBACK_... alone (here without the chord).
    After every step the report is counted, and penetration is measured by code that knows nothing of
-   the solver (distance.h). A step that is not solved ends its case. `stress full cups` and `stress full
-   wall` are known to leave some unsolved (docs/numerics.md) and are no part of the whole run. One row a family, and the sum:
+   the solver (distance.h). A step that is not solved ends its case. `stress full cups`, `stress full wall` and `stress full
+   jolt` are known to leave some unsolved (docs/numerics.md) and are no part of the whole run. One row a family, and the
+   sum:
 
      geom .. sub   steps that needed each fallback
      depth         worst penetration, in relation to the smaller body of the pair
@@ -864,6 +865,67 @@ static void build_grid(trial *t)
     t->steps = 50;
 }
 
+/* x and v in a frame that is turned by yaw about the vertical */
+static void put_turned(trial *t, const solid *b, double mass, const double at[3],
+                       const double along[3], double yaw)
+{
+    double x[3], v[3], q[4];
+    x[0] = cos(yaw) * at[0] - sin(yaw) * at[1];
+    x[1] = sin(yaw) * at[0] + cos(yaw) * at[1];
+    x[2] = at[2];
+    v[0] = cos(yaw) * along[0] - sin(yaw) * along[1];
+    v[1] = sin(yaw) * along[0] + cos(yaw) * along[1];
+    v[2] = along[2];
+    turn_about(0, 0, 1, yaw, q);
+    put(t, b, mass, x, q, v, NULL);
+}
+
+/* flush cubes with friction that are jolted: a block that slides, a wall that a ball hits, rows that a cube hits, and a
+   block that begins with overlaps of a millimetre to a centimetre */
+static void build_jolt(trial *t)
+{
+    static const double hs[4] = {0.01, 0.005, 0.002, 1.0 / 60};
+    scene *s = &t->s;
+    int kind = t->number % 4, nx, ny, nz, i;
+    double yaw = t->number / 4 % 2 ? uniform(s, 0, 6.28) : 0, space = 1;
+    double x[3], v[3] = {0, 0, 0};
+    solid cube, ball;
+    solid_box(&cube, 0.5, 0.5, 0.5);
+    solid_round(&ball, ECP_SPHERE, 0.5, 0, 0);
+    nx = kind == 0 || kind == 3 ? 2 + pick(s, 2) : 3 + pick(s, kind == 1 ? 3 : 5);
+    ny = kind == 1 ? 1 : 1 + pick(s, 2);
+    nz = kind == 2 ? 1 : 2 + pick(s, kind == 1 ? 3 : 2);
+    if (kind == 0) v[0] = uniform(s, 1, 4);
+    if (kind == 3) space = pick(s, 2) ? 0.99 : 0.999;
+    t->overlapping = kind == 3;
+    scene_open(s, nx * ny * nz + 2, nx * ny * nz + 2, 14 * nx * ny * nz, 12, 9.8);
+    friction(s, t->number % 3 ? 0.5 : 0.2, 0);
+    ground(s, 0, 0, 1, NULL);
+    for (i = 0; i < nx * ny * nz; i++) {
+        x[0] = space * (i % nx);
+        x[1] = space * (i / nx % ny);
+        x[2] = 0.5 + space * (i / (nx * ny));
+        if (kind == 3) x[0] += uniform(s, -1e-3, 1e-3);
+        if (kind == 3) x[1] += uniform(s, -1e-3, 1e-3);
+        put_turned(t, &cube, 1, x, v, yaw);
+    }
+    if (kind == 1) {
+        x[0] = uniform(s, 0, nx - 1);
+        x[1] = -1.2;
+        x[2] = uniform(s, 0.5, nz - 0.5);
+        v[1] = uniform(s, 3, 15);
+        put_turned(t, &ball, 5, x, v, yaw);
+    } else if (kind == 2) {
+        x[0] = -1.2;
+        x[1] = uniform(s, -0.3, 0.3);
+        x[2] = 0.5;
+        v[0] = 6;
+        put_turned(t, &cube, 5, x, v, yaw);
+    }
+    t->h = hs[t->number / 8 % 4];
+    t->steps = 40;
+}
+
 /* a wedge driven between two planes: its half angle theirs, or off by a little; mu locks it */
 static void build_jam(trial *t)
 {
@@ -1032,6 +1094,7 @@ static const family families[] = {
     {"rest", build_rest, 1, 1, 0},        {"push", build_push, 3, 3, 0},
     {"creep", build_creep, 9, 12, 0},     {"grid", build_grid, 6, 60, 2},
     {"cups", build_cups, 4, 40, 1},       {"wall", build_wall, 4, 24, 1},
+    {"jolt", build_jolt, 8, 64, 1},
 };
 
 /* ---- measuring */

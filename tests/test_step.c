@@ -2205,7 +2205,7 @@ static void test_step_poses(void)
     for (k = 0; k < 5000; k++) {
         ecp_world_desc d = ecp_world_desc_default();
         ecp_real q[4], x[3], rb[3], half[3];
-        long double p[4], unit;
+        long double p[4], unit, side;
         double size = 0.75 + 0.25 * test_random();
         ecp_shape s;
         ecp_world *w;
@@ -2225,9 +2225,10 @@ static void test_step_poses(void)
         /* where the other one's face is, with more digits than the library has */
         for (i = 0; i < 4; i++) p[i] = (long double)q[i];
         unit = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3];
-        x[0] = (ecp_real)(2 * half[0] * (1 - 2 * (p[2] * p[2] + p[3] * p[3]) / unit));
-        x[1] = (ecp_real)(2 * half[0] * 2 * (p[1] * p[2] + p[0] * p[3]) / unit);
-        x[2] = (ecp_real)(2 * half[0] * 2 * (p[1] * p[3] - p[0] * p[2]) / unit);
+        side = 2 * (long double)half[0];
+        x[0] = (ecp_real)(side * (1 - 2 * (p[2] * p[2] + p[3] * p[3]) / unit));
+        x[1] = (ecp_real)(side * 2 * (p[1] * p[2] + p[0] * p[3]) / unit);
+        x[2] = (ecp_real)(side * 2 * (p[1] * p[3] - p[0] * p[2]) / unit);
         CHECK(ecp_body_set_state(w, b, x, q, NULL, NULL) == ECP_OK);
         CHECK(ecp_step(w, ECP_R(1e-3), NULL, &r) == ECP_OK);
         CHECK(ecp_contact_count(w) == 1 && ecp_contact_get(w, 0, &c) == ECP_OK);

@@ -933,9 +933,8 @@ typedef struct ecp_advance_report {
    gaps and points of the pose that was reached, along the normals that they had: where a body has slid off
    an edge since, such a gap can be negative though nothing overlaps. A world at rest costs next to nothing,
    however long.
-   Primitives that overlap are moved apart first, at rest and without friction: they keep their velocities
-   (ecp_step would give them depth / h, which has no limit where steps have no length). So a call with 1e-6 s,
-   in float 1e-3 s, parts a scene that has been built with overlaps, for ecp_step as well.
+   Primitives that overlap are moved apart first, at rest: they keep their velocities (ecp_step would
+   give them depth / h, which has no limit where steps have no length).
 
    On any status but ECP_OK the whole block is bit for bit as it was: ECP_CAPACITY where the
    description has not this order, ECP_TOLERANCE where the tolerance is below what rounding leaves (16
@@ -11319,8 +11318,6 @@ static int ecp_i_still_step(ecp_i_advance *a, ecp_real h, ecp_real press)
         ECPSIM_MEMSET(b[i].v_carry, 0, sizeof b[i].v_carry);
         ECPSIM_MEMSET(b[i].force, 0, sizeof b[i].force);
     }
-    /* what overlaps is to part: friction would hold it, and make the step hard to solve */
-    for (i = 0; press == 0 && i < w->shapes; i++) ecp_i_parts(w)[i].material.mu = 0;
     for (i = 0; press > 0 && i < w->patches; i++) {
         const ecp_contact *c = &ecp_i_patches(w)[i].contact;
         ecp_real p[3];

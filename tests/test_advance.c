@@ -1152,45 +1152,6 @@ static void advance_overlaps(void)
     }
 }
 
-/* Cubes packed with overlaps of a centimetre, more or less, on a plane: a short call parts them, whatever their friction,
-   which they keep, and their velocities. */
-static void advance_packed(void)
-{
-    int k;
-    for (k = 0; k < 6; k++) {
-        ecp_advance_options o = ecp_advance_options_default();
-        ecp_advance_report r;
-        ecp_world_desc d = ecp_world_desc_default();
-        ecp_world *w;
-        ecp_report step;
-        ecp_real v[6];
-        int i, j, n = 8;
-        d.advance_order = 2;
-        d.max_bodies = d.max_shapes = n + 1;
-        d.max_patches = 64;
-        w = test_world(&d);
-        test_ground(w, 0, 0, 1, NULL);
-        for (i = 0; i < n; i++) {
-            int body =
-                test_box(w, 1, 0.5, 0.5, 0.5, 0.99 * (i % 2) + 1e-3 * test_random(),
-                         0.99 * (i / 2 % 2) + 1e-3 * test_random(), 0.5 + 0.99 * (i / 4), NULL);
-            CHECK(body == i + 1);
-        }
-        o.tolerance = (ecp_real)test_by(1e-3, 1e-2);
-        CHECK(ecp_i_overlaps(w));
-        CHECK(ecp_advance(w, (ecp_real)test_by(1e-6, 1e-3), &o, &r) == ECP_OK);
-        for (i = 1; i <= n; i++) {
-            CHECK(ecp_body_get_state(w, i, NULL, NULL, v, v + 3) == ECP_OK);
-            for (j = 0; j < 6; j++) CHECK(fabs((double)v[j]) < test_by(1e-4, 2e-2));
-            CHECK(ecp_i_parts(w)[i].material.mu == ecp_i_parts(w)[0].material.mu);
-            CHECK(ecp_i_parts(w)[i].material.mu > 0);
-        }
-        CHECK(ecp_step(w, ECP_R(0.01), NULL, &step) == ECP_OK);
-        CHECK((double)step.worst_gap > -test_by(1e-9, 1e-5));
-        free(w);
-    }
-}
-
 static void test_advance_section(void)
 {
     advance_memory();
@@ -1210,7 +1171,6 @@ static void test_advance_section(void)
     advance_rest();
     advance_overlap();
     advance_overlaps();
-    advance_packed();
     advance_accumulation();
     advance_thrown();
     advance_way();

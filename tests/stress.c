@@ -244,17 +244,20 @@ static void plane_case(trial *t, solid *b)
 
 static void build_drop(trial *t)
 {
+    double lift;
     double q[4], v[3] = {0, 0, 0};
     scene *s = &t->s;
     solid b;
     plane_case(t, &b);
     random_stand(s, q);
     v[2] = -log_uniform(s, 1e-3, 10);
-    put_above(t, &b, log_uniform(s, 0.1, 10), -v[2] * t->h * uniform(s, 0, 20), q, v, NULL);
+    lift = -v[2] * t->h * uniform(s, 0, 20);
+    put_above(t, &b, log_uniform(s, 0.1, 10), lift, q, v, NULL);
 }
 
 static void build_throw(trial *t)
 {
+    double lift;
     double q[4], v[3], w[3];
     scene *s = &t->s;
     solid b;
@@ -263,7 +266,8 @@ static void build_throw(trial *t)
     random_vector(s, log_uniform(s, 0.1, 100), v);
     random_vector(s, log_uniform(s, 0.1, 1000), w);
     v[2] = -fabs(v[2]);
-    put_above(t, &b, log_uniform(s, 0.1, 10), -v[2] * t->h * uniform(s, 0, 10), q, v, w);
+    lift = -v[2] * t->h * uniform(s, 0, 10);
+    put_above(t, &b, log_uniform(s, 0.1, 10), lift, q, v, w);
 }
 
 /* ---- pairs in free space */
@@ -312,6 +316,7 @@ static void meeting_velocity(scene *s, int meeting, double v[3])
 
 static void build_pair(trial *t)
 {
+    double e_r;
     scene *s = &t->s;
     int meeting = t->number / (PRIMITIVES * PRIMITIVES) % MEETINGS, k;
     double na[3], nb[3], qa[4], qb[4], twist[4], pa[3], pb[3], x[3], v[3], w[3] = {0, 0, 0};
@@ -320,7 +325,8 @@ static void build_pair(trial *t)
     random_solid(s, t->number % PRIMITIVES, size, &a);
     random_solid(s, t->number / PRIMITIVES % PRIMITIVES, size * uniform(s, 0.2, 1), &b);
     scene_open(s, 2, 2, 1, a.shape->inequalities + b.shape->inequalities, 0);
-    friction(s, random_mu(s), pick(s, 2) * 0.1 * size);
+    e_r = pick(s, 2) * 0.1 * size;
+    friction(s, random_mu(s), e_r);
     t->h = pick(s, 2) ? 1e-2 : 1e-3;
     t->steps = 50;
 
@@ -512,6 +518,7 @@ static void build_dominoes(trial *t)
    three planes or on one, and a wall of bricks that a ball hits. */
 static void build_heap(trial *t)
 {
+    double e_r, mass;
     static const double funnel[3][3] = {{0.6, 0, 0.8}, {-0.3, 0.52, 0.8}, {-0.3, -0.52, 0.8}};
     static const double around[3][2] = {{-1, 0}, {0.5, 0.866}, {0.5, -0.866}};
     scene *s = &t->s;
@@ -525,7 +532,8 @@ static void build_heap(trial *t)
     solid_round(kinds + 4, ECP_CYLINDER, 0.015, 0, 0.02);
     solid_box(kinds + 5, 0.05, 0.008, 0.008);
     scene_open(s, 24, 24, 200, 12, 9.8);
-    friction(s, uniform(s, 0.2, 0.8), uniform(s, 0, 0.005));
+    e_r = uniform(s, 0, 0.005);
+    friction(s, uniform(s, 0.2, 0.8), e_r);
     ground(s, 0, 0, 1, NULL);
     if (scene_kind == 2) {
         solid_box(kinds, 0.1, 0.05, 0.05);
@@ -554,7 +562,8 @@ static void build_heap(trial *t)
             }
             x[2] = t->overlapping ? 0.06 + 0.05 * i : 0.13 + 0.11 * (i / 3);
             random_stand(s, q);
-            put(t, kinds + pick(s, 6), log_uniform(s, 0.01, 0.2), x, q, NULL, NULL);
+            mass = log_uniform(s, 0.01, 0.2);
+            put(t, kinds + pick(s, 6), mass, x, q, NULL, NULL);
         }
     }
     t->h = t->number / 3 % 2 ? 1.0 / 60 : 1.0 / 30;
@@ -565,13 +574,15 @@ static void build_heap(trial *t)
 
 static void build_scale(trial *t)
 {
+    double e_r, lift;
     static const double gs[4] = {0, 1.6, 9.8, 1e3};
     scene *s = &t->s;
     double size = log_uniform(s, 1e-6, 1e4), g = gs[t->number % 4], natural, q[4], v[3], w[3];
     solid b;
     random_solid(s, t->number % SOLIDS, size, &b);
     open_plane(t, &b, g);
-    friction(s, random_mu(s), pick(s, 2) * 0.1 * size);
+    e_r = pick(s, 2) * 0.1 * size;
+    friction(s, random_mu(s), e_r);
     ground(s, 0, 0, 1, NULL);
     natural = sqrt(size / (g > 0 ? g : 1));
     t->h = pick(s, 2) ? 0.02 * natural : 1e-2;
@@ -579,7 +590,8 @@ static void build_scale(trial *t)
     random_vector(s, size / natural, v);
     random_vector(s, log_uniform(s, 0.01, 1) / natural, w);
     v[2] = -fabs(v[2]);
-    put_above(t, &b, log_uniform(s, 1e-12, 1e9), size * uniform(s, 0, 0.1), q, v, w);
+    lift = size * uniform(s, 0, 0.1);
+    put_above(t, &b, log_uniform(s, 1e-12, 1e9), lift, q, v, w);
     t->steps = 100;
 }
 
@@ -638,6 +650,7 @@ static void build_torsion(trial *t)
 /* moments of inertia as 1 : 1 : 1e-6 */
 static void build_needle(trial *t)
 {
+    double e_r;
     scene *s = &t->s;
     double q[4], v[3], w[3];
     solid b;
@@ -647,7 +660,8 @@ static void build_needle(trial *t)
     b.inertia[0] = b.inertia[4] = 0.33;
     b.inertia[8] = 0.33e-6;
     open_plane(t, &b, 9.8);
-    friction(s, random_mu(s), pick(s, 2) * 1e-3);
+    e_r = pick(s, 2) * 1e-3;
+    friction(s, random_mu(s), e_r);
     ground(s, 0, 0, 1, NULL);
     random_stand(s, q);
     random_vector(s, 1, v);
@@ -682,6 +696,7 @@ static void build_plate(trial *t)
 /* a board on 4, 16 or 64 feet, at rest, sliding or dropped */
 static void build_patches(trial *t)
 {
+    double e_r;
     static const int across[3] = {2, 4, 8};
     scene *s = &t->s;
     double q[4] = {1, 0, 0, 0}, v[3] = {0, 0, 0}, w[3] = {0, 0, 0};
@@ -689,7 +704,8 @@ static void build_patches(trial *t)
     solid b;
     table(&b, 1, 0.4 / n, n);
     open_plane(t, &b, 9.8);
-    friction(s, random_mu(s), pick(s, 2) * 0.1);
+    e_r = pick(s, 2) * 0.1;
+    friction(s, random_mu(s), e_r);
     ground(s, 0, 0, 1, NULL);
     if (kind == 1) random_vector(s, 1, v);
     if (kind == 1) w[2] = uniform(s, -3, 3);
@@ -703,6 +719,7 @@ static void build_patches(trial *t)
 /* a pyramid or a cone on its tip: upright to rounding, nearly so, or spinning */
 static void build_apex(trial *t)
 {
+    double e_r;
     double rows[5][4] = {{1, 0, -0.6, 0.2},
                          {-1, 0, -0.6, 0.2},
                          {0, 1, -0.6, 0.2},
@@ -716,7 +733,8 @@ static void build_apex(trial *t)
     else
         solid_hull(&t->s, &b, rows, 5);
     open_plane(t, &b, 9.8);
-    friction(&t->s, random_mu(&t->s), pick(&t->s, 2) * 0.01);
+    e_r = pick(&t->s, 2) * 0.01;
+    friction(&t->s, random_mu(&t->s), e_r);
     ground(&t->s, 0, 0, 1, NULL);
     turn_about(0.6, 0.8, 0, tilts[t->number / 2 % 4], q);
     if (pick(&t->s, 2)) w[2] = log_uniform(&t->s, 0.1, 100);
@@ -815,6 +833,7 @@ static void build_cups(trial *t)
    than a brick is thick */
 static void build_wall(trial *t)
 {
+    double e_r;
     scene *s = &t->s;
     int layers = 2 + t->number % 4, across = 3 + t->number / 4 % 6, i;
     double x[3], v[3] = {0, 0, 0};
@@ -822,7 +841,8 @@ static void build_wall(trial *t)
     solid_box(&brick, 0.1, 0.05, 0.05);
     solid_round(&ball, ECP_SPHERE, 0.1, 0, 0);
     scene_open(s, layers * across + 2, layers * across + 2, 10 * layers * across, 12, 9.8);
-    friction(s, uniform(s, 0.2, 0.8), uniform(s, 0, 0.005));
+    e_r = uniform(s, 0, 0.005);
+    friction(s, uniform(s, 0.2, 0.8), e_r);
     ground(s, 0, 0, 1, NULL);
     for (i = 0; i < layers * across; i++) {
         x[0] = 0.2 * (i % across) + 0.1 * (i / across % 2);

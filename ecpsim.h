@@ -4192,8 +4192,8 @@ static ecp_real ecp_i_gap_rounding(const ecp_i_pair *c, const ecp_real ra[3], co
     return ECP_I_EPSILON * (ecp_i_norm(c->offset) + ecp_i_norm(ra) + ecp_i_norm(rb));
 }
 
-/* How many times as much the gaps of bodies differ from zero that are posed flush: rotations are rounded as well, and
-   that moves every point. (Of two cubes at the origin, in random poses, up to 4.5 times: test_step_poses.) */
+/* How many of these the gap of bodies that are posed flush is granted: rotations are rounded as well, and that moves
+   every point. (Two cubes at the origin, in random poses, need up to 4.5: test_step_poses.) */
 #define ECP_I_POSE_ROUNDING 6
 
 /* N, and the rounding error of the gap, of a patch whose Qa, ra, rb are known */

@@ -4,9 +4,9 @@
    Along any unit vector n the supports of two convex solids are apart by a number that bounds their
    distance from below, and where they overlap the largest of these numbers is the penetration with
    its sign turned. So every number here is a bound that is certain, and what is searched for is the
-   best n: the reported contact normal, those of faces, then the method's last direction, also with one solid moved
-   off a little, then small turns, because between solids that touch within rounding the method's
-   directions are noise. */
+   best n: the reported contact normal, the normals of faces, then the method's last direction, also
+   with one solid moved off a little, then small turns, because between solids that touch within
+   rounding the method's directions are noise. */
 
 typedef struct distance_solid {
     const ecp_shape *shape;
@@ -202,7 +202,8 @@ static void distance_apart(const distance_solid *a, const distance_solid *b, dou
     distance_try(a, b, direction, best, n);
 }
 
-/* the normals of the faces of one of them, as its gradients are at its centre (or any direction, of what is curved) */
+/* Tries the normals of the faces of one of them: its gradients at its centre. Those of curved constraints are no normals
+   of faces, but what they give is a bound as well, if they are not next to nothing there. */
 static void distance_faces(const distance_solid *a, const distance_solid *b, int of_a, double *best,
                            double best_n[3])
 {

@@ -45,6 +45,7 @@ static inline uint64_t scene_bits(scene *s)
     return s->seed * UINT64_C(2685821657736338717);
 }
 
+/* (never two draws in the arguments of one call: compilers make them in different order, and other scenes of that) */
 static inline double uniform(scene *s, double lo, double hi)
 {
     return lo + (hi - lo) * ((double)(scene_bits(s) >> 11) / 9007199254740992.0);

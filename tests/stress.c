@@ -191,6 +191,8 @@ static double random_mu(scene *s)
     return mu[pick(s, 5)];
 }
 
+static void random_friction(scene *s, double e_r) { friction(s, random_mu(s), e_r); }
+
 /* flat, nearly flat, or anyhow */
 static void random_stand(scene *s, double q[4])
 {
@@ -244,8 +246,7 @@ static void plane_case(trial *t, solid *b)
 
 static void build_drop(trial *t)
 {
-    double lift;
-    double q[4], v[3] = {0, 0, 0};
+    double q[4], v[3] = {0, 0, 0}, lift;
     scene *s = &t->s;
     solid b;
     plane_case(t, &b);
@@ -257,8 +258,7 @@ static void build_drop(trial *t)
 
 static void build_throw(trial *t)
 {
-    double lift;
-    double q[4], v[3], w[3];
+    double q[4], v[3], w[3], lift;
     scene *s = &t->s;
     solid b;
     plane_case(t, &b);
@@ -316,7 +316,6 @@ static void meeting_velocity(scene *s, int meeting, double v[3])
 
 static void build_pair(trial *t)
 {
-    double e_r;
     scene *s = &t->s;
     int meeting = t->number / (PRIMITIVES * PRIMITIVES) % MEETINGS, k;
     double na[3], nb[3], qa[4], qb[4], twist[4], pa[3], pb[3], x[3], v[3], w[3] = {0, 0, 0};
@@ -325,8 +324,7 @@ static void build_pair(trial *t)
     random_solid(s, t->number % PRIMITIVES, size, &a);
     random_solid(s, t->number / PRIMITIVES % PRIMITIVES, size * uniform(s, 0.2, 1), &b);
     scene_open(s, 2, 2, 1, a.shape->inequalities + b.shape->inequalities, 0);
-    e_r = pick(s, 2) * 0.1 * size;
-    friction(s, random_mu(s), e_r);
+    random_friction(s, pick(s, 2) * 0.1 * size);
     t->h = pick(s, 2) ? 1e-2 : 1e-3;
     t->steps = 50;
 
@@ -406,7 +404,7 @@ static void build_plank(trial *t)
     solid ball, plank;
     int i;
     scene_open(s, 4, 4, 6, 7, 9.8);
-    friction(s, random_mu(s), 0);
+    random_friction(s, 0);
     ground(s, 0, 0, 1, NULL);
     solid_round(&ball, ECP_SPHERE, r, 0, 0);
     solid_box(&plank, 1, 0.2, 0.05);
@@ -518,13 +516,12 @@ static void build_dominoes(trial *t)
    three planes or on one, and a wall of bricks that a ball hits. */
 static void build_heap(trial *t)
 {
-    double e_r, mass;
     static const double funnel[3][3] = {{0.6, 0, 0.8}, {-0.3, 0.52, 0.8}, {-0.3, -0.52, 0.8}};
     static const double around[3][2] = {{-1, 0}, {0.5, 0.866}, {0.5, -0.866}};
     scene *s = &t->s;
     solid kinds[6];
     int scene_kind = t->number % 3, i, j;
-    double x[3], v[3] = {0, 0, 0}, q[4];
+    double x[3], v[3] = {0, 0, 0}, q[4], e_r, mass;
     solid_box(kinds, 0.03, 0.02, 0.015);
     solid_round(kinds + 1, ECP_SPHERE, 0.02, 0, 0);
     solid_round(kinds + 2, ECP_CYLINDER, 0.024, 0, 0.001);
@@ -574,15 +571,13 @@ static void build_heap(trial *t)
 
 static void build_scale(trial *t)
 {
-    double e_r, lift;
     static const double gs[4] = {0, 1.6, 9.8, 1e3};
     scene *s = &t->s;
-    double size = log_uniform(s, 1e-6, 1e4), g = gs[t->number % 4], natural, q[4], v[3], w[3];
+    double size = log_uniform(s, 1e-6, 1e4), g = gs[t->number % 4], natural, lift, q[4], v[3], w[3];
     solid b;
     random_solid(s, t->number % SOLIDS, size, &b);
     open_plane(t, &b, g);
-    e_r = pick(s, 2) * 0.1 * size;
-    friction(s, random_mu(s), e_r);
+    random_friction(s, pick(s, 2) * 0.1 * size);
     ground(s, 0, 0, 1, NULL);
     natural = sqrt(size / (g > 0 ? g : 1));
     t->h = pick(s, 2) ? 0.02 * natural : 1e-2;
@@ -604,7 +599,7 @@ static void build_far(trial *t)
     int k;
     random_solid(s, t->number % SOLIDS, 1, &b);
     open_plane(t, &b, 9.8);
-    friction(s, random_mu(s), 0.1);
+    random_friction(s, 0.1);
     random_vector(s, 0.3, n);
     n[2] += 1;
     normalise(n, 3);
@@ -650,7 +645,6 @@ static void build_torsion(trial *t)
 /* moments of inertia as 1 : 1 : 1e-6 */
 static void build_needle(trial *t)
 {
-    double e_r;
     scene *s = &t->s;
     double q[4], v[3], w[3];
     solid b;
@@ -660,8 +654,7 @@ static void build_needle(trial *t)
     b.inertia[0] = b.inertia[4] = 0.33;
     b.inertia[8] = 0.33e-6;
     open_plane(t, &b, 9.8);
-    e_r = pick(s, 2) * 1e-3;
-    friction(s, random_mu(s), e_r);
+    random_friction(s, pick(s, 2) * 1e-3);
     ground(s, 0, 0, 1, NULL);
     random_stand(s, q);
     random_vector(s, 1, v);
@@ -680,7 +673,7 @@ static void build_plate(trial *t)
     solid b;
     solid_box(&b, 1, 1, 1e-4);
     scene_open(s, n + 1, n + 1, 2 * n, 12, 9.8);
-    friction(s, random_mu(s), 0);
+    random_friction(s, 0);
     ground(s, 0, 0, 1, NULL);
     random_stand(s, q);
     random_vector(s, 2, v);
@@ -696,7 +689,6 @@ static void build_plate(trial *t)
 /* a board on 4, 16 or 64 feet, at rest, sliding or dropped */
 static void build_patches(trial *t)
 {
-    double e_r;
     static const int across[3] = {2, 4, 8};
     scene *s = &t->s;
     double q[4] = {1, 0, 0, 0}, v[3] = {0, 0, 0}, w[3] = {0, 0, 0};
@@ -704,8 +696,7 @@ static void build_patches(trial *t)
     solid b;
     table(&b, 1, 0.4 / n, n);
     open_plane(t, &b, 9.8);
-    e_r = pick(s, 2) * 0.1;
-    friction(s, random_mu(s), e_r);
+    random_friction(s, pick(s, 2) * 0.1);
     ground(s, 0, 0, 1, NULL);
     if (kind == 1) random_vector(s, 1, v);
     if (kind == 1) w[2] = uniform(s, -3, 3);
@@ -719,7 +710,6 @@ static void build_patches(trial *t)
 /* a pyramid or a cone on its tip: upright to rounding, nearly so, or spinning */
 static void build_apex(trial *t)
 {
-    double e_r;
     double rows[5][4] = {{1, 0, -0.6, 0.2},
                          {-1, 0, -0.6, 0.2},
                          {0, 1, -0.6, 0.2},
@@ -733,8 +723,7 @@ static void build_apex(trial *t)
     else
         solid_hull(&t->s, &b, rows, 5);
     open_plane(t, &b, 9.8);
-    e_r = pick(&t->s, 2) * 0.01;
-    friction(&t->s, random_mu(&t->s), e_r);
+    random_friction(&t->s, pick(&t->s, 2) * 0.01);
     ground(&t->s, 0, 0, 1, NULL);
     turn_about(0.6, 0.8, 0, tilts[t->number / 2 % 4], q);
     if (pick(&t->s, 2)) w[2] = log_uniform(&t->s, 0.1, 100);
@@ -752,7 +741,7 @@ static void corner(trial *t, double e_r)
     solid b;
     random_solid(s, kind, 0.5, &b);
     scene_open(s, 4, 4, 3, b.shape->inequalities, 9.8);
-    friction(s, random_mu(s), e_r);
+    random_friction(s, e_r);
     turn_about(0.6, 0.8, 0, t->number % 4 < 2 ? 0 : uniform(s, 0, 0.8), turn);
     random_turn(s, q);
     random_vector(s, 5, v);
@@ -811,7 +800,7 @@ static void build_cups(trial *t)
     solid b;
     cup(&b);
     scene_open(s, n + 1, 7 * n + 1, 60 * n, 12, 9.8);
-    friction(s, random_mu(s), t->number / 6 % 2 * 0.003);
+    random_friction(s, t->number / 6 % 2 * 0.003);
     ground(s, 0, 0, 1, NULL);
     for (i = 0; i < n; i++) {
         turn_about(0, 0, 1, uniform(s, -0.01, 0.01), q);
@@ -833,10 +822,9 @@ static void build_cups(trial *t)
    than a brick is thick */
 static void build_wall(trial *t)
 {
-    double e_r;
     scene *s = &t->s;
     int layers = 2 + t->number % 4, across = 3 + t->number / 4 % 6, i;
-    double x[3], v[3] = {0, 0, 0};
+    double x[3], v[3] = {0, 0, 0}, e_r;
     solid brick, ball;
     solid_box(&brick, 0.1, 0.05, 0.05);
     solid_round(&ball, ECP_SPHERE, 0.1, 0, 0);
@@ -961,7 +949,7 @@ static void build_jam(trial *t)
     rows[4][3] = rows[5][3] = 0.2;
     solid_hull(s, &b, rows, 6);
     scene_open(s, 3, 3, 2, 6, 9.8);
-    friction(s, random_mu(s), 0);
+    random_friction(s, 0);
     ground(s, cos(angle), 0, sin(angle), NULL);
     ground(s, -cos(angle), 0, sin(angle), NULL);
     turn_about(0, 0, 1, 0, q);

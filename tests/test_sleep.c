@@ -385,8 +385,8 @@ static ecp_world *sleep_heap(void)
     test_ground(w, 0, 0, 1, NULL);
     sleep_box(w, ECP_STATIC, 0.5, 0, 0.05, 0.05);
     for (i = 0; i < 7; i++) {
-        sleep_box(w, ECP_DYNAMIC, 0.5 * (i % 3) + 0.02 * test_random(), 0.02 * test_random(),
-                  0.15 + 0.25 * (i / 3), i % 2 ? 0.1 : 0.05);
+        double y = 0.02 * test_random(), x = 0.5 * (i % 3) + 0.02 * test_random();
+        sleep_box(w, ECP_DYNAMIC, x, y, 0.15 + 0.25 * (i / 3), i % 2 ? 0.1 : 0.05);
     }
     return w;
 }

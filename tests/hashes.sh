@@ -50,6 +50,15 @@ run() {
     note "$real" "$name" <"$out/text"
 }
 
+# runs PROGRAM: sets via to what this machine runs it with: nothing, or an emulator of 32-bit x86 where the
+# processor or the kernel has no such mode
+runs() {
+    via=
+    timeout 60 sh -c 'exec "$1"' sh "$1" >/dev/null 2>&1 && return
+    via=qemu-i386
+    timeout 60 qemu-i386 "$1" >/dev/null 2>&1
+}
+
 # build NAME COMPILER FLAGS...
 build() {
     name=$1
@@ -70,11 +79,11 @@ for cc in gcc clang; do
         if [ -n "$QUICK" ] && [ "$flags" != -O2 ]; then continue; fi
         echo 'int main(void) { return 0; }' >"$out/empty.c"
         # shellcheck disable=SC2086
-        if ! $cc $flags "$out/empty.c" -lm -o "$out/empty" 2>/dev/null; then
-            echo "skipped: $cc $flags does not link"
+        if ! $cc $flags "$out/empty.c" -lm -o "$out/empty" 2>/dev/null || ! runs "$out/empty"; then
+            echo "skipped: $cc $flags does not link, or what it makes does not run"
             continue
         fi
-        hosts="$hosts$cc $flags
+        hosts="$hosts$via|$cc $flags
 "
     done
 done
@@ -82,11 +91,11 @@ for real in double float; do
     define=-UECPSIM_FLOAT sqrt=__builtin_sqrt
     [ $real = float ] && define=-DECPSIM_FLOAT sqrt=__builtin_sqrtf
     echo "$hosts" >"$out/hosts"
-    while read -r host; do
+    while IFS='|' read -r via host; do
         [ -n "$host" ] || continue
         # shellcheck disable=SC2086
         build "$host" $host $common $define main.c port_hosted.c -lm &&
-            run $real "$host" "$out/program"
+            run $real "$host${via:+ under $via}" $via "$out/program"
     done <"$out/hosts"
     if here arm-none-eabi-gcc && here qemu-system-arm; then
         # shellcheck disable=SC2086
@@ -111,10 +120,10 @@ arithmetic() {
     must=$1 may=$2
     shift 2
     echo 'int main(void) { return 0; }' >"$out/empty.c"
-    "$@" "$out/empty.c" -o "$out/empty" 2>/dev/null || return
+    "$@" "$out/empty.c" -o "$out/empty" 2>/dev/null && runs "$out/empty" || return
     builds=$((builds + 1))
     if ! "$@" -std=c99 ../arithmetic.c -lm -o "$out/program" 2>"$out/log" ||
-        ! "$out/program" "$must" "$may" >"$out/text"; then
+        ! $via "$out/program" "$must" "$may" >"$out/text"; then
         failed=$((failed + 1))
         echo "ecp_arithmetic: $*: $(tr '\n' ' ' <"$out/text")"
     fi

@@ -726,8 +726,8 @@ typedef enum ecp_rule {
     ECP_NEAREST  /* the one Newton reaches from the guess, the last step's solution */
 } ecp_rule;
 
-/* The ways out when Newton stalls from the warm start, tried in the order GEOMETRIC, CONTINUATION, LOAD, MULTISTART,
-   CHORD, SUBSTEPS (their numbers are not the order). Where three bodies and more meet, sub-steps are tried right after
+/* The ways out when Newton stalls from the warm start, tried in the order WORKING_SET, GEOMETRIC, CONTINUATION, LOAD,
+   MULTISTART, CHORD, SUBSTEPS (their numbers are not the order). Where three bodies and more meet, sub-steps are tried right after
    ECP_FALLBACK_GEOMETRIC (in large heaps ECP_FALLBACK_CONTINUATION), and the others after them. */
 enum {
     ECP_FALLBACK_GEOMETRIC = 1, /* start from support points at the pose free motion predicts, and
@@ -742,6 +742,9 @@ enum {
                                       ecp_printed_residual are then those of the last of them.
                                       Also for a solution whose contacts win energy, which is one
                                       far away (ecp_report.work), if there is another way */
+    ECP_FALLBACK_WORKING_SET = 64, /* only the pairs that carried something in the last step, then
+                                      those as well that overlap without. Pairs that end the step
+                                      apart and carry nothing may have no contact then */
     ECP_FALLBACK_CHORD = 32        /* before sub-steps, all of the others with the slip measured by
                                       what the step moves the points in contact, over h, and not
                                       by velocities at its end (they differ by h w^2 r / 2): for
@@ -786,7 +789,8 @@ typedef struct ecp_report {
     int patches_kept;     /* pairs of primitives in the problem, or asleep */
     int patches_left_out; /* all others (filters aside; INT_MAX of more): they cannot touch within
                              the step, or touch at a corner (edge along edge, vertex to vertex), carried
-                             nothing in the last step and do not overlap after this one */
+                             nothing in the last step and do not overlap after this one; or they were
+                             left out by ECP_FALLBACK_WORKING_SET and do not overlap */
     int islands;          /* groups of bodies that touch, each solved by itself */
     int iterations; /* Newton iterations, all attempts. Where bodies meet they are repeated with
                             the elimination they have, which `evaluations` alone counts */
@@ -1061,7 +1065,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
 #ifndef ECPSIM_FALLBACKS
 #define ECPSIM_FALLBACKS                                                                           \
     (ECP_FALLBACK_GEOMETRIC | ECP_FALLBACK_CONTINUATION | ECP_FALLBACK_MULTISTART |                \
-     ECP_FALLBACK_LOAD | ECP_FALLBACK_SUBSTEPS | ECP_FALLBACK_CHORD)
+     ECP_FALLBACK_LOAD | ECP_FALLBACK_SUBSTEPS | ECP_FALLBACK_CHORD | ECP_FALLBACK_WORKING_SET)
 #endif
 
 /* Where size is asked for, inner loops are not written out: the sums and their bits are the same. */
@@ -3948,8 +3952,14 @@ typedef struct ecp_i_side_b {
     int *active_b;
     ecp_real rb2[3], b_local[3]; /* a2, from B's centre of mass and in the frame of B */
     ecp_real Hb[9];
-    int bears; /* takes a share of the load to start with */
+    int bears;      /* takes a share of the load to start with */
+    int set;        /* where the patch is in the working set (ecp_i_island_gather) */
+    ecp_real depth; /* how deep the two are in each other at the last solution without it */
 } ecp_i_side_b;
+
+/* A patch is in the equations, or in them since the last solution; or left out, left out since the last
+   solution, or was tried since then in vain. */
+enum { ECP_I_IN, ECP_I_NEW, ECP_I_OUT, ECP_I_LET, ECP_I_TRIED };
 
 /* What is asked for most often stands first: its place in the structure is short in the code. */
 typedef struct ecp_i_pair {
@@ -4017,6 +4027,10 @@ typedef struct ecp_i_pair {
 static int ecp_i_on_plane(const ecp_i_pair *c) { return !ECP_I_PAIRS || c->plane; }
 static int ecp_i_moves_a(const ecp_i_pair *c) { return !ECP_I_PAIRS || c->ma->dynamic; }
 static int ecp_i_moves_b(const ecp_i_pair *c) { return ECP_I_PAIRS && c->mb->dynamic; }
+static int ecp_i_left_out(const ecp_i_pair *c)
+{
+    return ECP_I_PAIRS && !c->plane && c->on_b->set >= ECP_I_OUT;
+}
 static int ecp_i_nf(const ecp_i_pair *c) { return ECP_I_FRICTION ? c->nf : 0; }
 static int ecp_i_nm(const ecp_i_pair *c) { return ECP_I_PAIRS ? c->nm : 0; }
 static int ecp_i_km(const ecp_i_pair *c) { return ECP_I_PAIRS ? c->km : 0; }
@@ -6024,6 +6038,7 @@ typedef struct ecp_i_island {
     int *bodies, body_count; /* indices of the island's dynamic bodies */
     ecp_i_pair **pairs;
     int pair_count, unknowns;
+    int all; /* patches with those that are left out of the equations, which come last */
     ecp_i_arena *arena;
     /* what counts as zero in a warm start: velocities, scaled, and turns within the step, in rad */
     ecp_real h, noise, turn;
@@ -6107,6 +6122,16 @@ static ecp_real ecp_i_gap_noise(const ecp_i_island *s, const ecp_i_pair *c)
     return (c->p[0] > -d ? ECP_R(1) : ECP_R(2)) * ECP_I_POSE_ROUNDING * noise;
 }
 
+/* zeros in a vector for the unknowns of what is left out */
+static void ecp_i_clear_left_out(const ecp_i_island *s, ecp_real *x)
+{
+    int i, k;
+    for (i = s->pair_count; ECP_I_PAIRS && i < s->all; i++) {
+        const ecp_i_pair *c = s->pairs[i];
+        for (k = 0; k < c->count; k++) x[c->at + k] = 0;
+    }
+}
+
 /* F at z = (six scaled velocity changes a body, then the patches), and how large it is (ecp_i_problem);
    friction is measured with a rho that does not depend on the load. */
 static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax, ecp_real *F,
@@ -6139,6 +6164,7 @@ static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax,
         if (ecp_i_moves_a(c)) ecp_i_wrench(c, c->ma, c->ra, 1);
         if (ecp_i_moves_b(c)) ecp_i_wrench(c, c->mb, c->rb, -1);
     }
+    ecp_i_clear_left_out(s, F);
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs[i];
         const ecp_real *row = F + c->at;
@@ -6357,6 +6383,7 @@ static int ecp_i_island_recover(const ecp_i_island *s, const ecp_real *z, ecp_re
                             v + (ecp_i_moves_b(c) ? c->mb->at : 0), c->left, s->h,
                             ECP_I_CENTRING && s->centring, dz + c->at);
     }
+    ecp_i_clear_left_out(s, dz);
     return ecp_i_all_finite(s->unknowns, dz);
 }
 
@@ -6410,6 +6437,12 @@ static int ecp_i_island_again(void *self, const ecp_real *z, const ecp_real *F, 
    The one globalisation: damped Newton on the semismooth system F(z) = 0, for the step's problem
    and for ecp_mcp_solve alike. */
 
+typedef struct ecp_i_effort {
+    ecp_i_size size; /* of the last residual */
+    int iterations, evaluations, fallbacks;
+    int most; /* iterations that may be made; -1: more were wanted */
+} ecp_i_effort;
+
 typedef struct ecp_i_problem {
     void *self;
     int n;
@@ -6424,6 +6457,9 @@ typedef struct ecp_i_problem {
     /* the k-th start (0: warm, 1 and 2: geometric, then disturbed ones); 0: no more. Of the warm one 2 says
        that nothing moves in it */
     int (*start)(void *self, int k, ecp_real *z);
+    /* solves the problem from its warm start by fewer equations first, or NULL */
+    int (*gather)(void *self, const struct ecp_i_problem *p, const ecp_options *o, ecp_real *z,
+                  ecp_i_effort *effort);
     /* betters a z at which Newton has stalled, or NULL */
     void (*repair)(void *self, ecp_real *z);
     /* is what solves the equations at the last residual a solution to take? or NULL: always */
@@ -6432,17 +6468,11 @@ typedef struct ecp_i_problem {
        ECP_I_START_AT_REST is a solution or close to one */
     void (*load)(void *self, ecp_real share);
     ecp_real *F, *dz, *trial, *drift, *kept; /* n each */
-    ecp_real *stalled;                       /* the same, or NULL: no continuation in haste */
+    ecp_real *stalled; /* the same; NULL: no working set, no continuation in haste */
     int velocities; /* so many unknowns come first that say how velocities change; 0: there are none */
     int large;      /* two bodies and more, ECP_I_LARGE unknowns and more */
     int hurries;    /* the chain ends with the first three starts (ecp_i_hurries) */
 } ecp_i_problem;
-
-typedef struct ecp_i_effort {
-    ecp_i_size size; /* of the last residual */
-    int iterations, evaluations, fallbacks;
-    int most; /* iterations that may be made; -1: more were wanted */
-} ecp_i_effort;
 
 /* nothing done yet, and what options.max_total_iterations leaves after so many iterations elsewhere */
 static ecp_i_effort ecp_i_effort_after(const ecp_options *o, int iterations)
@@ -6874,15 +6904,21 @@ static int ecp_i_ramp(const ecp_i_problem *p, ecp_real tolerance, int limit, ecp
     return share >= 1;
 }
 
-/* Newton from a start; if that is the warm one of many unknowns, from the second geometric start, and
-   continuation in haste; then Newton again from where it has stalled, if that can be bettered. */
+/* Newton from a start; if that is the warm one, by the working set, and of many unknowns from the second geometric
+   start, and continuation in haste; then Newton again from where it has stalled, if that can be bettered. */
 static int ecp_i_attempt(const ecp_i_problem *p, int warm, const ecp_options *o, ecp_real *z,
                          ecp_i_effort *effort)
 {
     if (ecp_i_newton(p, warm, o->tolerance, o->max_iterations, 0, z, effort)) return 1;
     if (ecp_i_spent(effort)) return 0;
+    if (warm && p->stalled) ECPSIM_MEMCPY(p->stalled, z, (size_t)p->n * sizeof(ecp_real));
+    if (warm && p->stalled && p->gather && ecp_i_may(o, ECP_FALLBACK_WORKING_SET)) {
+        if (p->gather(p->self, p, o, z, effort)) return 1;
+        if (ecp_i_spent(effort)) return 0;
+        ECPSIM_MEMCPY(z, p->stalled, (size_t)p->n * sizeof(ecp_real));
+        ecp_i_evaluate(p, z, 0, effort);
+    }
     if (warm && p->stalled && ecp_i_is_large(p) && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
-        ECPSIM_MEMCPY(p->stalled, z, (size_t)p->n * sizeof(ecp_real));
         if (ecp_i_may(o, ECP_FALLBACK_GEOMETRIC)) {
             effort->fallbacks |= ECP_FALLBACK_GEOMETRIC;
             p->start(p->self, 2, z);
@@ -7124,6 +7160,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     p.again = NULL;
     p.start = ecp_i_mcp_start;
     p.repair = NULL;
+    p.gather = NULL;
     p.valid = NULL;
     p.load = NULL;
     p.kept = p.stalled = NULL;
@@ -8266,9 +8303,9 @@ typedef struct ecp_i_step {
     ecp_i_arena arena;
     ecp_i_motion *motions;
     ecp_i_pair *pairs;
-    int pair_count;
-    int *extra, extras;   /* pairs of shapes that turned out to touch after all */
-    ecp_i_corner *corner; /* pairs that are left out though they touch */
+    int pair_count, without; /* patches; and so many of them that have no contact in the end */
+    int *extra, extras;      /* pairs of shapes that turned out to touch after all */
+    ecp_i_corner *corner;    /* pairs that are left out though they touch */
     int corners;
     int *bodies; /* of an island */
     ecp_i_broad broad;
@@ -8361,7 +8398,8 @@ static void ecp_i_carve_pair(ecp_i_arena *arena, int nl, int nm, ecp_i_pair *c)
 /* The vectors of Newton's method: z, F; and where the first residual will not do, the last z that a
    ramp or continuation has reached or to which a centring step goes back, dz, trial, drift, and where
    Newton has stalled before continuation. */
-#define ECP_I_VECTORS ((ECPSIM_FALLBACKS)&ECP_FALLBACK_CONTINUATION ? 7 : 6)
+#define ECP_I_VECTORS                                                                              \
+    ((ECPSIM_FALLBACKS) & (ECP_FALLBACK_CONTINUATION | ECP_FALLBACK_WORKING_SET) ? 7 : 6)
 
 static void ecp_i_carve_vectors(ecp_i_arena *arena, int unknowns, ecp_real *vectors[ECP_I_VECTORS])
 {
@@ -8593,6 +8631,33 @@ static int ecp_i_near(const ecp_i_step *s, const ecp_i_pair *c, const ecp_i_patc
     return ecp_i_closer(&A, &B, reach);
 }
 
+/* How far apart A and B are, at most, along the normals of their faces within `reach` of the points at[0] of A and
+   at[1] of B, B as it touches A (ecp_i_move_apart); but not along such as are as good as n, by more than `cosine`.
+   best: what there is without them. f: room for the values and gradients of a primitive. */
+static ecp_real ecp_i_faces_apart(const ecp_i_posed *A, const ecp_i_posed *B,
+                                  const ecp_i_posed *moved, ecp_real at[2][3], ecp_real reach,
+                                  const ecp_real n[3], ecp_real cosine, ecp_real best, ecp_real *f)
+{
+    ecp_real local[3], out[3];
+    int side, i;
+    for (side = 0; side < 2; side++) {
+        const ecp_i_posed *p = side ? moved : A;
+        int count = p->shape->inequalities;
+        ecp_real *g = f + count;
+        ecp_i_sub(at[side], p->x, out);
+        ecp_i_mul_t(p->Q, out, local);
+        p->shape->cls->eval(p->shape, local, f, g);
+        for (i = 0; i < count; i++) {
+            if (f[i] < -reach) continue;
+            ecp_i_mul(p->Q, g + 3 * i, out);
+            if (side) ecp_i_scale(-1, out, out);
+            if (!ecp_i_normalise(out) || ecp_i_dot(out, n) > cosine) continue;
+            best = ecp_i_max(best, ecp_i_separation(A, B, out));
+        }
+    }
+    return best;
+}
+
 /* Do two that touch meet at a corner, edge along edge or vertex to vertex, as boxes of a grid do across it? Then there
    is a second direction, a normal of a face at the nearest points, in which they are no deeper in each other than
    along the normal n, and their normal may be any between the two. While such a contact carries nothing it holds
@@ -8601,8 +8666,7 @@ static int ecp_i_near(const ecp_i_step *s, const ecp_i_pair *c, const ecp_i_patc
 static int ecp_i_meets_at_corner(const ecp_i_pair *c, ecp_real *f, ecp_real n[3])
 {
     ecp_i_posed A, B, apart;
-    ecp_real at[2][3], local[3], out[3], gap, slack = ecp_i_slack(c);
-    int side, i;
+    ecp_real at[2][3], gap, slack = ecp_i_slack(c);
     ecp_i_pose(c, 0, 0, &A);
     ecp_i_pose(c, 1, 0, &B);
     apart = B;
@@ -8610,22 +8674,8 @@ static int ecp_i_meets_at_corner(const ecp_i_pair *c, ecp_real *f, ecp_real n[3]
     if (gap > slack) return 0;
     if (!(gap > 0)) ecp_i_move_apart(&A, &apart, at[0], at[1], n);
     if (ecp_i_separation(&A, &B, n) < -slack) return 0;
-    for (side = 0; side < 2; side++) {
-        const ecp_i_posed *p = side ? &apart : &A;
-        int count = p->shape->inequalities;
-        ecp_real *g = f + count;
-        ecp_i_sub(at[side], p->x, out);
-        ecp_i_mul_t(p->Q, out, local);
-        p->shape->cls->eval(p->shape, local, f, g);
-        for (i = 0; i < count; i++) {
-            if (f[i] < -4 * slack) continue;
-            ecp_i_mul(p->Q, g + 3 * i, out);
-            if (side) ecp_i_scale(-1, out, out);
-            if (!ecp_i_normalise(out) || ecp_i_dot(out, n) > ECP_R(0.999)) continue;
-            if (ecp_i_separation(&A, &B, out) >= -slack) return 1;
-        }
-    }
-    return 0;
+    return ecp_i_faces_apart(&A, &B, &apart, at, 4 * slack, n, ECP_R(0.999), -2 * slack, f) >=
+           -slack;
 }
 
 /* Is the pair left out, as a corner that carries nothing? Then it is listed, and looked at once more at the end of
@@ -9112,6 +9162,7 @@ static void ecp_i_end_sleep(ecp_i_step *s)
         ecp_i_motion *root = s->motions + (ecp_i_moves_a(c) ? c->ma : c->mb)->island;
         if (root->asleep || root->stirred) continue;
         root->stirred =
+            ecp_i_left_out(c) ||
             !ecp_i_same_bytes(c->record, ecp_i_patches(s->w) + c->old, sizeof(ecp_i_patch)) ||
             !ecp_i_same_bytes(c->multipliers, ecp_i_multipliers(s->w, c->old),
                               reals * sizeof(ecp_real));
@@ -9506,18 +9557,26 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
     return first && !s->still ? 1 : 2;
 }
 
-/* Where Newton has stalled, most often an ECP hangs on to a face or an edge that the pose has turned
-   away: new geometry from the support points at the pose of z, with the impulses of z. */
-static void ecp_i_island_repair(void *self, ecp_real *z)
+/* the trial motion of z */
+static void ecp_i_island_move(const ecp_i_island *s, const ecp_real *z)
 {
-    ecp_i_island *s = (ecp_i_island *)self;
-    ecp_real dv[6], impulses[4], a[3];
+    ecp_real dv[6];
     int i, k;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
         for (k = 0; k < 6; k++) dv[k] = z[6 * i + k] * (k < 3 ? m->speed : m->speed / m->length);
         ecp_i_move(m, s->h, dv);
     }
+}
+
+/* Where Newton has stalled, most often an ECP hangs on to a face or an edge that the pose has turned
+   away: new geometry from the support points at the pose of z, with the impulses of z. */
+static void ecp_i_island_repair(void *self, ecp_real *z)
+{
+    ecp_i_island *s = (ecp_i_island *)self;
+    ecp_real impulses[4], a[3];
+    int i, k;
+    ecp_i_island_move(s, z);
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         ecp_real *p = z + c->at + ecp_i_at_p(c);
@@ -9537,6 +9596,216 @@ static const ecp_i_pair *ecp_i_passing(const ecp_i_island *s)
         if (!ecp_i_on_plane(c) && ecp_i_passes(c, c->n) > 0) return c;
     }
     return NULL;
+}
+
+/* >>working set: patches join the equations as they are needed
+
+   What carries nothing holds nothing, but Newton has to find its ECP all the same, and where bodies stand flush that
+   is most of the patches, in all their ties: faces against faces, edges on edges. So where it stalls, the equations
+   begin with the patches that carried something in the last step. From their solution on, those join that
+   overlap in it, the deepest first, and Newton goes on from there. Where it stalls again, fewer join at once; then what
+   carries nothing goes; then the one that has joined does, and another one has its turn. What is left out in the end
+   is apart, which is shown by a direction. */
+
+/* how many join first, at least: those at least this much as deep as the deepest; how often patches may go between two
+   solutions, and how often Newton is asked in all */
+#define ECP_I_AS_DEEP ECP_R(0.5)
+#define ECP_I_GOES 3
+#define ECP_I_GATHERINGS 40
+
+/* iterations of Newton from a solution without some patches to one with them */
+#define ECP_I_COMPLETING 10
+
+/* Those in the equations first, each in its place: the tree is made anew. */
+static void ecp_i_working_set(ecp_i_island *s)
+{
+    int i, k;
+    s->pair_count = 0;
+    for (i = 0; i < s->all; i++) {
+        ecp_i_pair *c = s->pairs[i];
+        int out = ecp_i_left_out(c);
+        for (k = i; k > 0; k--) {
+            const ecp_i_pair *before = s->pairs[k - 1];
+            if (ecp_i_left_out(before) < out ||
+                (ecp_i_left_out(before) == out && before->at < c->at))
+                break;
+            s->pairs[k] = s->pairs[k - 1];
+        }
+        s->pairs[k] = c;
+        s->pair_count += !out;
+    }
+    if (s->tree.fronts) ecp_i_release(s->arena, s->begin, s->tree.stack);
+    s->tree.fronts = NULL;
+    s->tree.planned = 0;
+}
+
+/* all patches that are in one state go to another one; how many they are */
+static int ecp_i_change_set(const ecp_i_island *s, int from, int to)
+{
+    int i, count = 0;
+    for (i = 0; i < s->all; i++) {
+        ecp_i_pair *c = s->pairs[i];
+        if (ecp_i_on_plane(c) || c->on_b->set != from) continue;
+        c->on_b->set = to;
+        count++;
+    }
+    return count;
+}
+
+/* what carried nothing in the last step is left out; how many that are */
+static int ecp_i_leave_unloaded(const ecp_i_island *s)
+{
+    int i, count = 0;
+    for (i = 0; i < s->all; i++) {
+        ecp_i_pair *c = s->pairs[i];
+        const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
+        if (ecp_i_on_plane(c) || (old && !old->guess && old->contact.p_n > 0)) continue;
+        c->on_b->set = ECP_I_OUT;
+        count++;
+    }
+    return count;
+}
+
+/* What carries nothing at z, where Newton has stalled, goes, but for what has joined since the last solution. How many
+   that are. */
+static int ecp_i_let_go(const ecp_i_island *s, const ecp_real *z)
+{
+    int i, count = 0;
+    for (i = 0; i < s->all; i++) {
+        ecp_i_pair *c = s->pairs[i];
+        const ecp_real *y = z + c->at;
+        if (ecp_i_on_plane(c) || c->on_b->set != ECP_I_IN) continue;
+        if (y[ecp_i_at_p(c)] > y[ecp_i_at_d(c)]) continue;
+        c->on_b->set = ECP_I_LET;
+        count++;
+    }
+    return count;
+}
+
+/* How deep the two of a patch that is left out are in each other at the trial motion, by more than a certificate lets
+   pass, and their radius if they have gone through each other; 0: a direction shows that they are apart. */
+static ecp_real ecp_i_depth_without(ecp_i_pair *c, ecp_real tolerance)
+{
+    ecp_i_posed A, B, moved;
+    ecp_real at[2][3], n[3], apart, size = ecp_i_min(c->a->shape.radius, c->b->shape.radius);
+    ecp_real limit = 4 * tolerance * size + ECP_I_EPSILON * (ecp_i_norm(c->offset) + size);
+    ecp_i_pose(c, 0, 1, &A);
+    ecp_i_pose(c, 1, 1, &B);
+    moved = B;
+    if (!(ecp_i_distance(&A, &B, at[0], at[1], n) > 0))
+        ecp_i_move_apart(&A, &moved, at[0], at[1], n);
+    if (ecp_i_passes(c, n) > 0) return size;
+    apart = ecp_i_separation(&A, &B, n);
+    if (apart >= -limit) return 0;
+    /* values of f at other points than the patch's own */
+    c->placed = 0;
+    apart = ecp_i_faces_apart(&A, &B, &moved, at, ECP_R(1e-3) * size, n, 2, apart, c->fa);
+    return apart >= -limit ? ECP_R(0) : -apart;
+}
+
+/* the depth of all that is left out; and what was done since the last solution is done */
+static void ecp_i_find_depths(const ecp_i_island *s, ecp_real tolerance)
+{
+    int i;
+    ecp_i_change_set(s, ECP_I_NEW, ECP_I_IN);
+    ecp_i_change_set(s, ECP_I_LET, ECP_I_OUT);
+    ecp_i_change_set(s, ECP_I_TRIED, ECP_I_OUT);
+    for (i = s->pair_count; i < s->all; i++)
+        s->pairs[i]->on_b->depth = ecp_i_depth_without(s->pairs[i], tolerance);
+}
+
+/* a patch joins without a load, at the trial motion */
+static void ecp_i_start_new(const ecp_i_island *s, ecp_i_pair *c, ecp_real *z)
+{
+    int k;
+    c->on_b->set = ECP_I_NEW;
+    ecp_i_start_geometric(c, s->h, NULL, ECP_I_FLAT, 0, z + c->at);
+    for (k = 0; k <= ecp_i_nf(c); k++) z[c->at + ecp_i_at_p(c) + k] = 0;
+}
+
+/* The deepest of those that are left out join at z, the last solution: `most` of them at most. How many that are. */
+static int ecp_i_join(const ecp_i_island *s, int most, ecp_real *z)
+{
+    ecp_real least = 0;
+    int i, count;
+    ecp_i_island_move(s, z);
+    for (count = 0; count < most; count++) {
+        ecp_i_pair *next = NULL;
+        for (i = 0; i < s->all; i++) {
+            ecp_i_pair *c = s->pairs[i];
+            if (ecp_i_on_plane(c) || c->on_b->set != ECP_I_OUT || !(c->on_b->depth > least))
+                continue;
+            if (!next || c->on_b->depth > next->on_b->depth) next = c;
+        }
+        if (!next) break;
+        if (count == 0) least = ECP_I_AS_DEEP * next->on_b->depth;
+        ecp_i_start_new(s, next, z);
+    }
+    return count;
+}
+
+/* Back to the last solution; those that have joined since then go to the state `set`. */
+static void ecp_i_take_back(const ecp_i_island *s, const ecp_i_problem *p, int set, ecp_real *z)
+{
+    ECPSIM_MEMCPY(z, p->kept, (size_t)p->n * sizeof(ecp_real));
+    ecp_i_change_set(s, ECP_I_NEW, set);
+    ecp_i_change_set(s, ECP_I_LET, ECP_I_IN);
+}
+
+/* A solution without some patches, in which they are apart, to one with all of them, if Newton finds it from there
+   at once; or stays where it is. */
+static int ecp_i_complete(ecp_i_island *s, const ecp_i_problem *p, const ecp_options *o,
+                          ecp_real *z, ecp_i_effort *effort)
+{
+    int i;
+    if (s->pair_count == s->all) return 1;
+    for (i = s->pair_count; i < s->all; i++) ecp_i_start_new(s, s->pairs[i], z);
+    ecp_i_working_set(s);
+    if (!ecp_i_spent(effort) && ecp_i_newton(p, 0, o->tolerance, ECP_I_COMPLETING, 0, z, effort) &&
+        !ecp_i_passing(s)) {
+        ecp_i_change_set(s, ECP_I_NEW, ECP_I_IN);
+        return 1;
+    }
+    ecp_i_take_back(s, p, ECP_I_OUT, z);
+    ecp_i_working_set(s);
+    if (effort->most < 0) effort->most = 0;
+    ecp_i_evaluate(p, z, 0, effort);
+    return 1;
+}
+
+static int ecp_i_island_gather(void *self, const ecp_i_problem *p, const ecp_options *o,
+                               ecp_real *z, ecp_i_effort *effort)
+{
+    ecp_i_island *s = (ecp_i_island *)self;
+    int round, set, most = s->all, joined = 0, gone = 0, more = 1;
+    /* (one patch alone is no set) */
+    if (s->all < 2 || s->arena->overflow || ecp_i_leave_unloaded(s) == 0) return 0;
+    effort->fallbacks |= ECP_FALLBACK_WORKING_SET;
+    p->start(s, 0, z);
+    for (round = 0; more > 0 && round < ECP_I_GATHERINGS && !ecp_i_spent(effort); round++) {
+        ecp_i_working_set(s);
+        if (ecp_i_newton(p, 0, o->tolerance, o->max_iterations, 0, z, effort)) {
+            ECPSIM_MEMCPY(p->kept, z, (size_t)p->n * sizeof(ecp_real));
+            ecp_i_find_depths(s, o->tolerance);
+            if (joined > 0) most = 2 * most < s->all ? 2 * most : s->all;
+            gone = 0;
+            joined = more = ecp_i_join(s, most, z);
+            if (joined == 0 && !ecp_i_passing(s)) return ecp_i_complete(s, p, o, z, effort);
+        } else if (joined > 1) {
+            ecp_i_take_back(s, p, ECP_I_OUT, z);
+            most = joined / 4 > 1 ? joined / 4 : 1;
+            joined = more = ecp_i_join(s, most, z);
+        } else {
+            more = gone++ < ECP_I_GOES ? ecp_i_let_go(s, z) : 0;
+            if (more > 0 || joined == 0) continue;
+            ecp_i_take_back(s, p, ECP_I_TRIED, z);
+            gone = 0;
+            more = ecp_i_join(s, 1, z);
+        }
+    }
+    for (set = ECP_I_NEW; set <= ECP_I_TRIED; set++) ecp_i_change_set(s, set, ECP_I_IN);
+    ecp_i_working_set(s);
+    return 0;
 }
 
 static int ecp_i_island_valid(void *self) { return !ecp_i_passing((const ecp_i_island *)self); }
@@ -9786,6 +10055,7 @@ static void ecp_i_gather_island(const ecp_i_step *step, int label, ecp_i_island 
         s->unknowns += c->count;
         s->pairs[s->pair_count++] = c;
     }
+    s->all = s->pair_count;
 }
 
 /* the patch whose rows, or whose bodies' momentum, are missed the most */
@@ -9847,6 +10117,8 @@ static void ecp_i_island_problem(ecp_i_island *s, ecp_real *const *vectors, ecp_
     p->step = ecp_i_island_step;
     p->again = ECP_I_PAIRS ? ecp_i_island_again : NULL;
     p->start = ecp_i_island_start;
+    p->gather =
+        ECP_I_PAIRS && (ECPSIM_FALLBACKS)&ECP_FALLBACK_WORKING_SET ? ecp_i_island_gather : NULL;
     p->repair = (ECPSIM_FALLBACKS)&ECP_FALLBACK_GEOMETRIC ? ecp_i_island_repair : NULL;
     p->valid = ECP_I_PAIRS ? ecp_i_island_valid : NULL;
     p->load = (ECPSIM_FALLBACKS)&ECP_FALLBACK_LOAD ? ecp_i_island_load : NULL;
@@ -9939,8 +10211,8 @@ static ecp_status ecp_i_judge(const ecp_i_step *step, const ecp_i_island *s,
     return ECP_OK;
 }
 
-/* the records of the island's patches, from its solution z; centred: 1, 0 if the bound on iterations ended the
-   centring, -1 if it was in vain */
+/* the records of the island's patches, from its solution z, but for those left out; centred: 1, 0 if the bound on
+   iterations ended the centring or there was none, -1 if it was in vain */
 static void ecp_i_record_island(ecp_i_step *step, ecp_i_island *s, const ecp_real *z, int label,
                                 int centred)
 {
@@ -9953,7 +10225,9 @@ static void ecp_i_record_island(ecp_i_step *step, ecp_i_island *s, const ecp_rea
         if (!ECP_I_FRICTION) continue;
         step->r->worst_cone = ecp_i_max(step->r->worst_cone, ecp_i_cone_violation(c));
     }
+    step->without += s->all - s->pair_count;
 }
+
 /* Is the ECP of a load on the rim of its face without being held there? The last elimination may have come before it
    was let go, and says nothing of how many solutions there are. */
 static int ecp_i_on_a_rim(const ecp_i_island *s, const ecp_real *z, ecp_real tiny)
@@ -9978,7 +10252,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     ecp_real *vectors[ECP_I_VECTORS], *z, *best, merit;
     ecp_status status;
     size_t mark = step->arena.used;
-    int solved, centred = 1;
+    int solved, whole, centred = 1;
     ecp_i_open_island(step, label, &s);
     if (s.pair_count == 0) return ECP_OK;
     ecp_i_carve_vectors(&step->arena, s.unknowns, vectors);
@@ -9991,9 +10265,11 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     if (ECP_I_PAIRS) p.hurries = ecp_i_hurries(step, &s);
     if (ecp_i_in_haste(&p)) *step->cut = 1;
     solved = ecp_i_solve_equations(&s, &p, o, z, &effort);
+    /* what is left out is apart in this solution, and need not be in another one */
+    whole = s.pair_count == s.all;
     if (ECP_I_CENTRING && solved && o->rule == ECP_CENTRED) {
         if (s.many || s.uncentred || (effort.iterations > 0 && ecp_i_on_a_rim(&s, z, o->tolerance)))
-            centred = ecp_i_centre(&s, &p, step, z, best, &effort);
+            centred = whole ? ecp_i_centre(&s, &p, step, z, best, &effort) : 0;
         else if (s.in_vain && effort.iterations == 0)
             centred = 0; /* what rests uncentred is left alone */
         step->r->centred &= centred;
@@ -10014,7 +10290,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     /* of all this memory only z is needed any more */
     ecp_i_release(&step->arena, mark + ecp_i_bytes((size_t)s.unknowns, sizeof(ecp_real)),
                   step->arena.top);
-    if (!centred && effort.most >= 0) centred = -1;
+    if (!centred && whole && effort.most >= 0) centred = -1;
     ecp_i_record_island(step, &s, z, label, centred);
     if (ECP_I_PAIRS && !(s.still && effort.iterations == 0)) ecp_i_island_balance(&s);
     if (ecp_i_in_haste(&p)) *step->cut = 0;
@@ -10031,7 +10307,7 @@ static ecp_status ecp_i_solve_all(ecp_i_step *s)
         ecp_i_release(&s->arena, mark, s->arena.top);
         if (extras >= 0) ECPSIM_MEMSET(s->arena.base + mark, 0, s->arena.high - mark);
         extras = s->extras;
-        s->r->unknowns = s->r->islands = 0;
+        s->r->unknowns = s->r->islands = s->without = 0;
         s->r->centred = s->o->rule == ECP_CENTRED;
         s->r->worst_cone = s->r->merit = s->r->natural_residual = s->r->work = 0;
         for (i = 0; extras > 0 && i < s->w->bodies; i++) {
@@ -10058,14 +10334,16 @@ static ecp_status ecp_i_solve_all(ecp_i_step *s)
 /* the independent check: by their support functions, all patches are apart along their normals */
 static ecp_status ecp_i_verify(ecp_i_step *s)
 {
-    int i;
+    int i, none = 1;
     s->r->worst_gap = 0;
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs + i;
-        ecp_real gap = c->record->contact.separation;
         ecp_real radius = c->a->shape.radius, size = ecp_i_min(s->h * c->V, 1000 * radius) + radius;
-        ecp_real limit = -c->d_floor - 4 * s->o->tolerance * size;
-        if (i == 0 || gap < s->r->worst_gap) s->r->worst_gap = gap;
+        ecp_real limit = -c->d_floor - 4 * s->o->tolerance * size, gap;
+        if (ecp_i_left_out(c)) continue; /* was verified when it was left out */
+        gap = c->record->contact.separation;
+        if (none || gap < s->r->worst_gap) s->r->worst_gap = gap;
+        none = 0;
         if (ecp_i_is_asleep(c->ma) || ecp_i_is_asleep(c->mb))
             continue; /* was verified when it fell asleep */
         if (!(gap >= limit)) {
@@ -10126,10 +10404,12 @@ static ecp_status ecp_i_commit(ecp_i_step *s)
     }
     ecp_i_end_sleep(s);
     w->last_h = s->h;
-    w->patches = s->pair_count;
-    for (i = 0; i < w->patches; i++) {
-        ECPSIM_MEMCPY(ecp_i_patches(w) + i, s->pairs[i].record, sizeof(ecp_i_patch));
-        ECPSIM_MEMCPY(ecp_i_multipliers(w, i), s->pairs[i].multipliers,
+    w->patches = 0;
+    for (i = 0; i < s->pair_count; i++) {
+        const ecp_i_pair *c = s->pairs + i;
+        if (ecp_i_left_out(c)) continue;
+        ECPSIM_MEMCPY(ecp_i_patches(w) + w->patches, c->record, sizeof(ecp_i_patch));
+        ECPSIM_MEMCPY(ecp_i_multipliers(w, w->patches++), c->multipliers,
                       (size_t)w->desc.max_inequalities * sizeof(ecp_real));
     }
     return ECP_OK;
@@ -10145,7 +10425,7 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
     ecp_status status = ECP_OK;
     int i, asleep;
     if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_SUBSTEPS) s.cut = cut;
-    s.extras = s.pair_count = s.has_sleepers = 0;
+    s.extras = s.pair_count = s.without = s.has_sleepers = 0;
     s.w = world;
     s.h = h;
     s.o = o;
@@ -10164,8 +10444,8 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
         }
     }
     if (status == ECP_OK && !asleep) status = ecp_i_solve_all(&s);
-    r->patches_kept = s.pair_count;
-    r->patches_left_out = ecp_i_count_pairs(&s) - s.pair_count;
+    r->patches_kept = s.pair_count - s.without;
+    r->patches_left_out = ecp_i_count_pairs(&s) - r->patches_kept;
     if (status == ECP_OK && !asleep) status = ecp_i_verify(&s);
     if (status == ECP_OK && !asleep) status = ecp_i_commit(&s);
     for (i = 0; status == ECP_OK && i < world->bodies; i++) {
@@ -10213,7 +10493,8 @@ static ecp_status ecp_i_take_parts(ecp_world *world, ecp_real h, const ecp_optio
     ecp_options quick = *o;
     ecp_status status;
     int i, cut = 0, iterations = r->iterations;
-    quick.fallbacks &= ECP_FALLBACK_GEOMETRIC | ECP_FALLBACK_CONTINUATION | ECP_FALLBACK_SUBSTEPS;
+    quick.fallbacks &= ECP_FALLBACK_WORKING_SET | ECP_FALLBACK_GEOMETRIC |
+                       ECP_FALLBACK_CONTINUATION | ECP_FALLBACK_SUBSTEPS;
     r->substeps = 0;
     while (rest > 0) {
         status = ecp_i_step_once(world, h * part, part > ECP_I_SHORT ? &quick : o, spare,

@@ -469,7 +469,7 @@ static void newton_test_bad_input(void)
         if (k == 0) o.tolerance = 0;
         if (k == 1) o.tolerance = -1;
         if (k == 2) o.max_iterations = 0;
-        if (k == 3) o.fallbacks = 64;
+        if (k == 3) o.fallbacks = 128;
         if (k == 4) o.fallbacks = -1;
         CHECK(ecp_mcp_solve(&p, &o, z, mem, need, NULL) == ECP_BAD_OPTION);
     }

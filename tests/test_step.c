@@ -2059,6 +2059,7 @@ static void test_step_passing(void)
         ecp_world *w = test_world(NULL);
         ecp_i_motion motions[2];
         ecp_i_pair c, *member = &c;
+        ecp_i_side_b on_b;
         ecp_i_patch record;
         ecp_i_island island;
         ecp_i_step s;
@@ -2070,6 +2071,7 @@ static void test_step_passing(void)
         memset(&s, 0, sizeof s);
         memset(&c, 0, sizeof c);
         memset(&island, 0, sizeof island);
+        memset(&on_b, 0, sizeof on_b);
         memset(&record, 0, sizeof record);
         memset(&r, 0, sizeof r);
         memset(motions, 0, sizeof motions);
@@ -2095,6 +2097,7 @@ static void test_step_passing(void)
         CHECK_NEAR(depth, k ? 0 : 3, 1e-6); /* the two are 1 high, and were 1 apart */
         /* and the certificate */
         c.record = &record;
+        c.on_b = &on_b;
         c.V = 1;
         record.contact.separation = ECP_R(k ? 0 : -0.1);
         CHECK(ecp_i_verify(&s) == (k ? ECP_OK : ECP_NOT_SOLVED));

@@ -742,7 +742,7 @@ static void world_test_bad_step(void)
         if (k == 1) o.tolerance = -1;
         if (k == 2) o.max_iterations = 0;
         if (k == 3) o.max_iterations = -1;
-        if (k == 4) o.fallbacks = 64;
+        if (k == 4) o.fallbacks = 128;
         if (k == 5) o.fallbacks = -1;
         WORLD_REFUSED(&f, ecp_step(f.world, ECP_R(0.01), &o, &r), ECP_BAD_OPTION);
         CHECK(r.status == ECP_BAD_OPTION);

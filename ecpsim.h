@@ -10117,8 +10117,9 @@ static void ecp_i_island_problem(ecp_i_island *s, ecp_real *const *vectors, ecp_
     p->step = ecp_i_island_step;
     p->again = ECP_I_PAIRS ? ecp_i_island_again : NULL;
     p->start = ecp_i_island_start;
-    p->gather =
-        ECP_I_PAIRS && (ECPSIM_FALLBACKS)&ECP_FALLBACK_WORKING_SET ? ecp_i_island_gather : NULL;
+    p->gather = NULL;
+    if (ECP_I_PAIRS && ((ECPSIM_FALLBACKS)&ECP_FALLBACK_WORKING_SET) != 0)
+        p->gather = ecp_i_island_gather;
     p->repair = (ECPSIM_FALLBACKS)&ECP_FALLBACK_GEOMETRIC ? ecp_i_island_repair : NULL;
     p->valid = ECP_I_PAIRS ? ecp_i_island_valid : NULL;
     p->load = (ECPSIM_FALLBACKS)&ECP_FALLBACK_LOAD ? ecp_i_island_load : NULL;

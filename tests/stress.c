@@ -28,7 +28,7 @@
 #define MOST_BODIES 64
 #define PRIMITIVES 8
 #define SOLIDS 12
-#define FALLBACKS 6
+#define FALLBACKS 7
 
 /* one case of a family, and what is known of it while it runs */
 typedef struct trial {
@@ -1322,9 +1322,9 @@ static void add_tally(const tally *row, tally *sum)
 
 static void print_row(const family *f, const tally *r)
 {
-    printf("%-9s %5ld %8ld %8ld %7ld %6ld %6ld %6ld %6ld %6ld %8.1e %8.1e %8.1e %8.1e %7.2f %5d "
+    printf("%-9s %5ld %8ld %8ld %6ld %7ld %6ld %6ld %6ld %6ld %6ld %8.1e %8.1e %8.1e %8.1e %7.2f %5d "
            "%6ld\n",
-           f->name, r->cases, r->steps, r->unsolved, r->by[0], r->by[1], r->by[2], r->by[3],
+           f->name, r->cases, r->steps, r->unsolved, r->by[6], r->by[0], r->by[1], r->by[2], r->by[3],
            r->by[5], r->by[4], r->depth, r->residual, r->gain, r->own,
            r->steps ? (double)r->iterations / (double)r->steps : 0.0, r->most_iterations,
            r->missed);
@@ -1344,8 +1344,8 @@ int main(int argc, char **argv)
         fprintf(stderr, "usage: stress [quick|full|advance] [family] [case]\n");
         return 2;
     }
-    printf("%-9s %5s %8s %8s %7s %6s %6s %6s %6s %6s %8s %8s %8s %8s %7s %5s %6s\n",
-           in_double ? "double" : "float", "cases", "steps", "unsolved", "geom", "cont", "multi",
+    printf("%-9s %5s %8s %8s %6s %7s %6s %6s %6s %6s %6s %8s %8s %8s %8s %7s %5s %6s\n",
+           in_double ? "double" : "float", "cases", "steps", "unsolved", "set", "geom", "cont", "multi",
            "load", "chord", "sub", "depth", "residual", "gain", "own", "newton", "most", "missed");
     for (i = 0; i < count; i++) {
         const family *f = families + i;

@@ -3098,7 +3098,7 @@ typedef struct ecp_i_body {
     ecp_real force[6], impulse[6]; /* applied since the last step */
     int kind;
     int asleep; /* the last step left it and its whole island as they were, see >>sleep; of what is
-                   not dynamic: it left it as it was */
+                   not dynamic: it left it as it was; 2: and a pair of it that touches was left out */
 } ecp_i_body;
 
 /* a posed primitive */
@@ -8114,7 +8114,8 @@ static void ecp_i_part_box(const ecp_i_part *p, const ecp_i_motion *m, int at_en
     const ecp_real *R = at_end ? m->R : m->R0, *centre = p->box_centre, *size = p->box_half;
     int k;
     box->body = p->body;
-    box->quiet = m->quiet && !at_end;
+    /* what was left out is no patch of the last step (ecp_i_last_hits) and is looked at anew */
+    box->quiet = m->quiet && m->body->asleep < 2 && !at_end;
     ecp_i_set3(0, 0, 0, box->dx_lo);
     if (!at_end) ecp_i_copy3(m->dx, box->dx_lo);
     ecp_i_copy3(box->dx_lo, box->dx_hi);
@@ -9142,6 +9143,15 @@ static int ecp_i_is_still(const ecp_i_body *before, const ecp_i_body *b)
     return ecp_i_same_bytes(before, b, offsetof(ecp_i_body, kind));
 }
 
+/* The pair was left out of the step though it touches: if the two sleep, it is looked at all the same. */
+static void ecp_i_sleeps_lightly(const ecp_i_step *s, int shape_a, int shape_b)
+{
+    ecp_i_body *a = ecp_i_bodies(s->w) + ecp_i_parts(s->w)[shape_a].body;
+    ecp_i_body *b = ecp_i_bodies(s->w) + ecp_i_parts(s->w)[shape_b].body;
+    if (a->asleep) a->asleep = 2;
+    if (b->asleep) b->asleep = 2;
+}
+
 /* Flags what a step has left as it was: first each body by itself (ecp_i_commit), then islands. The
    world's list of patches is still the old one. */
 static void ecp_i_end_sleep(ecp_i_step *s)
@@ -9170,6 +9180,12 @@ static void ecp_i_end_sleep(ecp_i_step *s)
     for (i = 0; i < s->w->bodies; i++) {
         const ecp_i_motion *m = s->motions + i;
         if (m->dynamic && s->motions[m->island].stirred) bodies[i].asleep = 0;
+    }
+    for (i = 0; ECP_I_PAIRS && i < s->corners; i++)
+        ecp_i_sleeps_lightly(s, s->corner[i].i, s->corner[i].j);
+    for (i = 0; i < s->pair_count; i++) {
+        const ecp_i_pair *c = s->pairs + i;
+        if (ecp_i_left_out(c)) ecp_i_sleeps_lightly(s, c->shape_a, c->shape_b);
     }
 }
 

@@ -354,6 +354,40 @@ static void test_sleep_surprise(void)
     sleep_end(&run);
 }
 
+static ecp_world *sleep_wall(void)
+{
+    ecp_world_desc d = ecp_world_desc_default();
+    ecp_world *w;
+    int i;
+    d.max_bodies = 10;
+    d.max_patches = 40;
+    w = test_world(&d);
+    test_ground(w, 0, 0, 1, NULL);
+    for (i = 0; i < 9; i++) sleep_box(w, ECP_DYNAMIC, 0.2 * (i % 3), 0, 0.1 + 0.2 * (i / 3), 0.1);
+    return w;
+}
+
+/* Boxes that touch at corners make no patch, nor do they while they sleep; but one of them that is pushed pushes them
+   into each other, and in the same step they do. */
+static void test_sleep_corners(void)
+{
+    static const ecp_real pushes[3][3] = {
+        {ECP_R(0.3), 0, ECP_R(-0.6)}, {ECP_R(-0.9), ECP_R(0.3), 0}, {ECP_R(0.6), 0, ECP_R(0.3)}};
+    int i, k, met = 0;
+    for (i = 0; i < 27; i++) {
+        sleep_run run = sleep_begin(sleep_wall);
+        int kept;
+        CHECK(sleep_steps(&run, 10) == 9);
+        kept = run.r[0].patches_kept;
+        for (k = 0; k < 2; k++)
+            ecp_body_set_state(run.w[k], 1 + i / 3, NULL, NULL, pushes[i % 3], NULL);
+        CHECK(sleep_steps(&run, 1) == 0);
+        met += run.r[0].patches_kept > kept;
+        sleep_end(&run);
+    }
+    CHECK(met > 0);
+}
+
 /* ---- sub-steps: where one island needs them the others are solved in the same parts */
 
 static void test_sleep_substeps(void)
@@ -667,6 +701,7 @@ static void test_sleep(void)
     test_sleep_load();
     test_sleep_ball();
     test_sleep_surprise();
+    test_sleep_corners();
     test_sleep_substeps();
     test_sleep_random();
     test_sleep_contacts();

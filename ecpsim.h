@@ -727,8 +727,8 @@ typedef enum ecp_rule {
 } ecp_rule;
 
 /* The ways out when Newton stalls from the warm start, tried in the order WORKING_SET, GEOMETRIC, CONTINUATION, LOAD,
-   MULTISTART, CHORD, SUBSTEPS (their numbers are not the order). Where three bodies and more meet, sub-steps are tried right after
-   ECP_FALLBACK_GEOMETRIC (in large heaps ECP_FALLBACK_CONTINUATION), and the others after them. */
+   MULTISTART, CHORD, SUBSTEPS (their numbers are not the order). Where three bodies and more meet, sub-steps are
+   tried right after ECP_FALLBACK_GEOMETRIC (in large heaps ECP_FALLBACK_CONTINUATION), and the others after them. */
 enum {
     ECP_FALLBACK_GEOMETRIC = 1, /* start from support points at the pose free motion predicts, and
                                       from several points a patch with rough impulses */
@@ -9621,10 +9621,10 @@ static const ecp_i_pair *ecp_i_passing(const ecp_i_island *s)
    begin with the patches that carried something in the last step. From their solution on, those join that
    overlap in it, the deepest first, and Newton goes on from there. Where it stalls again, fewer join at once; then what
    carries nothing goes; then the one that has joined does, and another one has its turn. What is left out in the end
-   is apart, which is shown by a direction. */
+   is apart, which is shown by a direction. (docs/numerics.md, Working set) */
 
-/* how many join first, at least: those at least this much as deep as the deepest; how often patches may go between two
-   solutions, and how often Newton is asked in all */
+/* Those join together that are at least this much as deep as the deepest. How often patches may go between two
+   solutions; how often Newton is asked in all. */
 #define ECP_I_AS_DEEP ECP_R(0.5)
 #define ECP_I_GOES 3
 #define ECP_I_GATHERINGS 40
@@ -9632,7 +9632,7 @@ static const ecp_i_pair *ecp_i_passing(const ecp_i_island *s)
 /* iterations of Newton from a solution without some patches to one with them */
 #define ECP_I_COMPLETING 10
 
-/* Those in the equations first, each in its place: the tree is made anew. */
+/* sorts the patches, those in the equations first, each in its place; the tree is made anew */
 static void ecp_i_working_set(ecp_i_island *s)
 {
     int i, k;
@@ -9789,6 +9789,7 @@ static int ecp_i_complete(ecp_i_island *s, const ecp_i_problem *p, const ecp_opt
     return 1;
 }
 
+/* the loop of all this; joined: how many have since the last solution, gone: how often some went since then */
 static int ecp_i_island_gather(void *self, const ecp_i_problem *p, const ecp_options *o,
                                ecp_real *z, ecp_i_effort *effort)
 {

@@ -855,6 +855,9 @@ typedef struct ecp_contact {
     ecp_mode mode;
 } ecp_contact;
 
+/* How many patches the last step had, and one of them, by its index from 0; ECP_BAD_INDEX if there is none. Pairs
+   that could touch in the step are patches, also those that it left apart, but for corners and others that it
+   could do without (ecp_report.patches_left_out). */
 ECP_DEF int ecp_contact_count(const ecp_world *world);
 ECP_DEF ecp_status ecp_contact_get(const ecp_world *world, int index, ecp_contact *contact);
 
@@ -9614,7 +9617,7 @@ static const ecp_i_pair *ecp_i_passing(const ecp_i_island *s)
     return NULL;
 }
 
-/* >>working set: patches join the equations as they are needed
+/* >>working-set: patches join the equations as they are needed
 
    What carries nothing holds nothing, but Newton has to find its ECP all the same, and where bodies stand flush that
    is most of the patches, in all their ties: faces against faces, edges on edges. So where it stalls, the equations

@@ -109,17 +109,17 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 56,632.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 58,660.
 
-       ECPSIM_NO_PAIRS     21,308  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     23,344  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   4,008  contacts are smooth, whatever the materials say
-       ECPSIM_NO_SLEEP      1,324  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   1,312  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     7,144  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
+       ECPSIM_NO_FRICTION   4,160  contacts are smooth, whatever the materials say
+       ECPSIM_NO_SLEEP      1,548  options.sleep = 1 is ECP_BAD_OPTION
+       ECPSIM_NO_CENTRING   1,364  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS     8,728  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
                                    nothing is said). Options that ask for others are ECP_BAD_OPTION.
-                                   3,460 if it is ECP_FALLBACK_GEOMETRIC; without
-                                   ECP_FALLBACK_SUBSTEPS 1,788 and the work memory for a second state
+                                   5,036 if it is ECP_FALLBACK_GEOMETRIC; without
+                                   ECP_FALLBACK_SUBSTEPS 1,872 and the work memory for a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
@@ -742,9 +742,10 @@ enum {
                                       ecp_printed_residual are then those of the last of them.
                                       Also for a solution whose contacts win energy, which is one
                                       far away (ecp_report.work), if there is another way */
-    ECP_FALLBACK_WORKING_SET = 64, /* only the pairs that carried something in the last step, then
-                                      those as well that overlap without. Pairs that end the step
-                                      apart and carry nothing may have no contact then */
+    ECP_FALLBACK_WORKING_SET = 64, /* only the pairs with half-spaces and those that carried something
+                                      in the last step, then those as well that overlap without, in
+                                      up to 40 attempts. Pairs that end the step apart and carry
+                                      nothing may have no contact then; that is not centred */
     ECP_FALLBACK_CHORD = 32        /* before sub-steps, all of the others with the slip measured by
                                       what the step moves the points in contact, over h, and not
                                       by velocities at its end (they differ by h w^2 r / 2): for
@@ -6914,14 +6915,15 @@ static int ecp_i_attempt(const ecp_i_problem *p, int warm, const ecp_options *o,
 {
     if (ecp_i_newton(p, warm, o->tolerance, o->max_iterations, 0, z, effort)) return 1;
     if (ecp_i_spent(effort)) return 0;
-    if (warm && p->stalled) ECPSIM_MEMCPY(p->stalled, z, (size_t)p->n * sizeof(ecp_real));
-    if (warm && p->stalled && p->gather && ecp_i_may(o, ECP_FALLBACK_WORKING_SET)) {
+    if (ECP_I_PAIRS && warm && p->gather && ecp_i_may(o, ECP_FALLBACK_WORKING_SET)) {
+        ECPSIM_MEMCPY(p->stalled, z, (size_t)p->n * sizeof(ecp_real));
         if (p->gather(p->self, p, o, z, effort)) return 1;
         if (ecp_i_spent(effort)) return 0;
         ECPSIM_MEMCPY(z, p->stalled, (size_t)p->n * sizeof(ecp_real));
         ecp_i_evaluate(p, z, 0, effort);
     }
     if (warm && p->stalled && ecp_i_is_large(p) && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
+        ECPSIM_MEMCPY(p->stalled, z, (size_t)p->n * sizeof(ecp_real));
         if (ecp_i_may(o, ECP_FALLBACK_GEOMETRIC)) {
             effort->fallbacks |= ECP_FALLBACK_GEOMETRIC;
             p->start(p->self, 2, z);
@@ -7163,7 +7165,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     p.again = NULL;
     p.start = ecp_i_mcp_start;
     p.repair = NULL;
-    p.gather = NULL;
+    if (ECP_I_PAIRS) p.gather = NULL;
     p.valid = NULL;
     p.load = NULL;
     p.kept = p.stalled = NULL;
@@ -10075,7 +10077,7 @@ static void ecp_i_gather_island(const ecp_i_step *step, int label, ecp_i_island 
         s->unknowns += c->count;
         s->pairs[s->pair_count++] = c;
     }
-    s->all = s->pair_count;
+    if (ECP_I_PAIRS) s->all = s->pair_count;
 }
 
 /* the patch whose rows, or whose bodies' momentum, are missed the most */
@@ -10137,7 +10139,7 @@ static void ecp_i_island_problem(ecp_i_island *s, ecp_real *const *vectors, ecp_
     p->step = ecp_i_island_step;
     p->again = ECP_I_PAIRS ? ecp_i_island_again : NULL;
     p->start = ecp_i_island_start;
-    p->gather = NULL;
+    if (ECP_I_PAIRS) p->gather = NULL;
     if (ECP_I_PAIRS && ((ECPSIM_FALLBACKS)&ECP_FALLBACK_WORKING_SET) != 0)
         p->gather = ecp_i_island_gather;
     p->repair = (ECPSIM_FALLBACKS)&ECP_FALLBACK_GEOMETRIC ? ecp_i_island_repair : NULL;
@@ -10246,7 +10248,7 @@ static void ecp_i_record_island(ecp_i_step *step, ecp_i_island *s, const ecp_rea
         if (!ECP_I_FRICTION) continue;
         step->r->worst_cone = ecp_i_max(step->r->worst_cone, ecp_i_cone_violation(c));
     }
-    step->without += s->all - s->pair_count;
+    if (ECP_I_PAIRS) step->without += s->all - s->pair_count;
 }
 
 /* Is the ECP of a load on the rim of its face without being held there? The last elimination may have come before it
@@ -10287,7 +10289,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     if (ecp_i_in_haste(&p)) *step->cut = 1;
     solved = ecp_i_solve_equations(&s, &p, o, z, &effort);
     /* what is left out is apart in this solution, and need not be in another one */
-    whole = s.pair_count == s.all;
+    whole = !ECP_I_PAIRS || s.pair_count == s.all;
     if (ECP_I_CENTRING && solved && o->rule == ECP_CENTRED) {
         if (s.many || s.uncentred || (effort.iterations > 0 && ecp_i_on_a_rim(&s, z, o->tolerance)))
             centred = whole ? ecp_i_centre(&s, &p, step, z, best, &effort) : 0;
@@ -10328,7 +10330,8 @@ static ecp_status ecp_i_solve_all(ecp_i_step *s)
         ecp_i_release(&s->arena, mark, s->arena.top);
         if (extras >= 0) ECPSIM_MEMSET(s->arena.base + mark, 0, s->arena.high - mark);
         extras = s->extras;
-        s->r->unknowns = s->r->islands = s->without = 0;
+        s->r->unknowns = s->r->islands = 0;
+        if (ECP_I_PAIRS) s->without = 0;
         s->r->centred = s->o->rule == ECP_CENTRED;
         s->r->worst_cone = s->r->merit = s->r->natural_residual = s->r->work = 0;
         for (i = 0; extras > 0 && i < s->w->bodies; i++) {
@@ -10355,16 +10358,18 @@ static ecp_status ecp_i_solve_all(ecp_i_step *s)
 /* the independent check: by their support functions, all patches are apart along their normals */
 static ecp_status ecp_i_verify(ecp_i_step *s)
 {
-    int i, none = 1;
+    int i, first = 0;
     s->r->worst_gap = 0;
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs + i;
         ecp_real radius = c->a->shape.radius, size = ecp_i_min(s->h * c->V, 1000 * radius) + radius;
         ecp_real limit = -c->d_floor - 4 * s->o->tolerance * size, gap;
-        if (ecp_i_left_out(c)) continue; /* was verified when it was left out */
+        if (ecp_i_left_out(c)) {
+            first += i == first;
+            continue; /* was verified when it was left out */
+        }
         gap = c->record->contact.separation;
-        if (none || gap < s->r->worst_gap) s->r->worst_gap = gap;
-        none = 0;
+        if (i == first || gap < s->r->worst_gap) s->r->worst_gap = gap;
         if (ecp_i_is_asleep(c->ma) || ecp_i_is_asleep(c->mb))
             continue; /* was verified when it fell asleep */
         if (!(gap >= limit)) {
@@ -10425,14 +10430,15 @@ static ecp_status ecp_i_commit(ecp_i_step *s)
     }
     ecp_i_end_sleep(s);
     w->last_h = s->h;
-    w->patches = 0;
-    for (i = 0; i < s->pair_count; i++) {
+    for (i = 0, k = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs + i;
         if (ecp_i_left_out(c)) continue;
-        ECPSIM_MEMCPY(ecp_i_patches(w) + w->patches, c->record, sizeof(ecp_i_patch));
-        ECPSIM_MEMCPY(ecp_i_multipliers(w, w->patches++), c->multipliers,
+        ECPSIM_MEMCPY(ecp_i_patches(w) + k, c->record, sizeof(ecp_i_patch));
+        ECPSIM_MEMCPY(ecp_i_multipliers(w, k), c->multipliers,
                       (size_t)w->desc.max_inequalities * sizeof(ecp_real));
+        k++;
     }
+    w->patches = k;
     return ECP_OK;
 }
 
@@ -10446,7 +10452,8 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
     ecp_status status = ECP_OK;
     int i, asleep;
     if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_SUBSTEPS) s.cut = cut;
-    s.extras = s.pair_count = s.without = s.has_sleepers = 0;
+    s.extras = s.pair_count = s.has_sleepers = 0;
+    if (ECP_I_PAIRS) s.without = 0;
     s.w = world;
     s.h = h;
     s.o = o;
@@ -10465,7 +10472,7 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
         }
     }
     if (status == ECP_OK && !asleep) status = ecp_i_solve_all(&s);
-    r->patches_kept = s.pair_count - s.without;
+    r->patches_kept = s.pair_count - (ECP_I_PAIRS ? s.without : 0);
     r->patches_left_out = ecp_i_count_pairs(&s) - r->patches_kept;
     if (status == ECP_OK && !asleep) status = ecp_i_verify(&s);
     if (status == ECP_OK && !asleep) status = ecp_i_commit(&s);

@@ -742,10 +742,11 @@ enum {
                                       ecp_printed_residual are then those of the last of them.
                                       Also for a solution whose contacts win energy, which is one
                                       far away (ecp_report.work), if there is another way */
-    ECP_FALLBACK_WORKING_SET = 64, /* only the pairs with half-spaces and those that carried something
-                                      in the last step, then those as well that overlap without, in
-                                      up to 40 attempts. Pairs that end the step apart and carry
-                                      nothing may have no contact then; that is not centred */
+    ECP_FALLBACK_WORKING_SET = 64, /* only the pairs with half-spaces and those that carried
+                                      something in the last step, then those as well that overlap
+                                      without, in up to 40 attempts. Pairs that end the step apart
+                                      and carry nothing may have no contact then; a step that
+                                      leaves some out so is not centred */
     ECP_FALLBACK_CHORD = 32        /* before sub-steps, all of the others with the slip measured by
                                       what the step moves the points in contact, over h, and not
                                       by velocities at its end (they differ by h w^2 r / 2): for

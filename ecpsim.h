@@ -742,16 +742,16 @@ enum {
                                       ecp_printed_residual are then those of the last of them.
                                       Also for a solution whose contacts win energy, which is one
                                       far away (ecp_report.work), if there is another way */
-    ECP_FALLBACK_WORKING_SET = 64, /* only the pairs with half-spaces and those that carried
-                                      something in the last step, then those as well that overlap
-                                      without, in up to 40 attempts. Pairs that end the step apart
-                                      and carry nothing may have no contact then; a step that
-                                      leaves some out so is not centred */
-    ECP_FALLBACK_CHORD = 32        /* before sub-steps, all of the others with the slip measured by
+    ECP_FALLBACK_CHORD = 32,       /* before sub-steps, all of the others with the slip measured by
                                       what the step moves the points in contact, over h, and not
                                       by velocities at its end (they differ by h w^2 r / 2): for
                                       bodies that hold each other and turn, often the only way.
                                       ecp_printed_residual is not small then */
+    ECP_FALLBACK_WORKING_SET = 64  /* only the pairs with half-spaces and those that carried
+                                      something in the last step, then those as well that overlap
+                                      without, in up to 40 attempts. Pairs that end the step apart
+                                      and carry nothing may have no contact then; a step that
+                                      leaves some out so is not centred */
 };
 
 typedef struct ecp_options {
@@ -4032,13 +4032,15 @@ typedef struct ecp_i_pair {
 static int ecp_i_on_plane(const ecp_i_pair *c) { return !ECP_I_PAIRS || c->plane; }
 static int ecp_i_moves_a(const ecp_i_pair *c) { return !ECP_I_PAIRS || c->ma->dynamic; }
 static int ecp_i_moves_b(const ecp_i_pair *c) { return ECP_I_PAIRS && c->mb->dynamic; }
+static int ecp_i_nf(const ecp_i_pair *c) { return ECP_I_FRICTION ? c->nf : 0; }
+static int ecp_i_nm(const ecp_i_pair *c) { return ECP_I_PAIRS ? c->nm : 0; }
+static int ecp_i_km(const ecp_i_pair *c) { return ECP_I_PAIRS ? c->km : 0; }
+
+/* is the patch left out of the working set? */
 static int ecp_i_left_out(const ecp_i_pair *c)
 {
     return ECP_I_PAIRS && !c->plane && c->on_b->set >= ECP_I_OUT;
 }
-static int ecp_i_nf(const ecp_i_pair *c) { return ECP_I_FRICTION ? c->nf : 0; }
-static int ecp_i_nm(const ecp_i_pair *c) { return ECP_I_PAIRS ? c->nm : 0; }
-static int ecp_i_km(const ecp_i_pair *c) { return ECP_I_PAIRS ? c->km : 0; }
 
 /* Only continuation relaxes problems. */
 static ecp_real ecp_i_relax(const ecp_i_pair *c)
@@ -9639,7 +9641,7 @@ static const ecp_i_pair *ecp_i_passing(const ecp_i_island *s)
 #define ECP_I_COMPLETING 10
 
 /* sorts the patches, those in the equations first, each in its place; the tree is made anew */
-static void ecp_i_working_set(ecp_i_island *s)
+static void ecp_i_sort_patches(ecp_i_island *s)
 {
     int i, k;
     s->pair_count = 0;
@@ -9661,17 +9663,14 @@ static void ecp_i_working_set(ecp_i_island *s)
     s->tree.planned = 0;
 }
 
-/* all patches that are in one state go to another one; how many they are */
-static int ecp_i_change_set(const ecp_i_island *s, int from, int to)
+/* all patches that are in one state go to another one */
+static void ecp_i_change_set(const ecp_i_island *s, int from, int to)
 {
-    int i, count = 0;
+    int i;
     for (i = 0; i < s->all; i++) {
         ecp_i_pair *c = s->pairs[i];
-        if (ecp_i_on_plane(c) || c->on_b->set != from) continue;
-        c->on_b->set = to;
-        count++;
+        if (!ecp_i_on_plane(c) && c->on_b->set == from) c->on_b->set = to;
     }
-    return count;
 }
 
 /* what carried nothing in the last step is left out; how many that are */
@@ -9776,23 +9775,23 @@ static void ecp_i_take_back(const ecp_i_island *s, const ecp_i_problem *p, int s
 
 /* A solution without some patches, in which they are apart, to one with all of them, if Newton finds it from there
    at once; or stays where it is. */
-static int ecp_i_complete(ecp_i_island *s, const ecp_i_problem *p, const ecp_options *o,
-                          ecp_real *z, ecp_i_effort *effort)
+static void ecp_i_complete(ecp_i_island *s, const ecp_i_problem *p, const ecp_options *o,
+                           ecp_real *z, ecp_i_effort *effort)
 {
     int i;
-    if (s->pair_count == s->all) return 1;
+    if (s->pair_count == s->all) return;
     for (i = s->pair_count; i < s->all; i++) ecp_i_start_new(s, s->pairs[i], z);
-    ecp_i_working_set(s);
+    ecp_i_sort_patches(s);
     if (!ecp_i_spent(effort) && ecp_i_newton(p, 0, o->tolerance, ECP_I_COMPLETING, 0, z, effort) &&
         !ecp_i_passing(s)) {
         ecp_i_change_set(s, ECP_I_NEW, ECP_I_IN);
-        return 1;
+        return;
     }
     ecp_i_take_back(s, p, ECP_I_OUT, z);
-    ecp_i_working_set(s);
+    ecp_i_sort_patches(s);
+    /* a bound on the iterations has ended nothing that is needed */
     if (effort->most < 0) effort->most = 0;
     ecp_i_evaluate(p, z, 0, effort);
-    return 1;
 }
 
 /* the loop of all this; joined: how many have since the last solution, gone: how often some went since then */
@@ -9806,14 +9805,17 @@ static int ecp_i_island_gather(void *self, const ecp_i_problem *p, const ecp_opt
     effort->fallbacks |= ECP_FALLBACK_WORKING_SET;
     p->start(s, 0, z);
     for (round = 0; more > 0 && round < ECP_I_GATHERINGS && !ecp_i_spent(effort); round++) {
-        ecp_i_working_set(s);
+        ecp_i_sort_patches(s);
         if (ecp_i_newton(p, 0, o->tolerance, o->max_iterations, 0, z, effort)) {
             ECPSIM_MEMCPY(p->kept, z, (size_t)p->n * sizeof(ecp_real));
             ecp_i_find_depths(s, o->tolerance);
             if (joined > 0) most = 2 * most < s->all ? 2 * most : s->all;
             gone = 0;
             joined = more = ecp_i_join(s, most, z);
-            if (joined == 0 && !ecp_i_passing(s)) return ecp_i_complete(s, p, o, z, effort);
+            if (joined == 0 && !ecp_i_passing(s)) {
+                ecp_i_complete(s, p, o, z, effort);
+                return 1;
+            }
         } else if (joined > 1) {
             ecp_i_take_back(s, p, ECP_I_OUT, z);
             most = joined / 4 > 1 ? joined / 4 : 1;
@@ -9827,7 +9829,7 @@ static int ecp_i_island_gather(void *self, const ecp_i_problem *p, const ecp_opt
         }
     }
     for (set = ECP_I_NEW; set <= ECP_I_TRIED; set++) ecp_i_change_set(s, set, ECP_I_IN);
-    ecp_i_working_set(s);
+    ecp_i_sort_patches(s);
     return 0;
 }
 

@@ -5299,6 +5299,7 @@ typedef struct ecp_i_tree {
     int planned;         /* the fronts are there, and their order */
     size_t stack;        /* where the stack of the fronts begins */
     int many;            /* the last solve had many solutions */
+    int damped;          /* momentum is told from nothing by ECP_I_SAME_DAMPED_MOMENTUM */
     ecp_real h;
 } ecp_i_tree;
 
@@ -5490,6 +5491,11 @@ static int ecp_i_front_body(const ecp_i_front *f) { return ECP_I_PAIRS ? f->body
 #define ECP_I_SAME_FORCE ecp_i_max(64 * ECP_I_EPSILON, ECP_R(1e-12))
 #define ECP_I_SAME_MOMENTUM ecp_i_max(4 * ECP_I_EPSILON, ECP_R(1e-11))
 
+/* A damped step of a large island takes less for something: its stiffest contacts are stiff by the compliance's
+   inverse squared (the tilt moves an ECP, and with it the slip), up to 1e12, beside which the inertia of 1 was nothing,
+   and the momentum of a slow turn was mended by half a step at a time. */
+#define ECP_I_SAME_DAMPED_MOMENTUM ecp_i_max(4 * ECP_I_EPSILON, ECP_R(1e-13))
+
 /* what an open velocity costs in the least step, should another front need it */
 #define ECP_I_OPEN_WEIGHT ECP_R(100.0)
 
@@ -5543,18 +5549,18 @@ static void ecp_i_front_balance(ecp_i_front *f)
 
 /* The momentum that no force takes fixes rank_m of the remaining velocities; equations that are left
    over become constraints on the others. Returns how many of those there are, from row rank_c of C. */
-static int ecp_i_front_momentum(ecp_i_front *f, ecp_real *tau)
+static int ecp_i_front_momentum(const ecp_i_tree *t, ecp_i_front *f, ecp_real *tau)
 {
     int ld = 7 + ecp_i_width(f), free = 6 - f->rank_c, rows = 6 - f->rank_b, all = ld - f->rank_c;
     int left = f->constraints - f->rank_c, i, j;
     ecp_real *S = f->W + ld * f->rank_b + f->rank_c, size = 0;
+    ecp_real same = ECP_I_PAIRS && t->damped ? ECP_I_SAME_DAMPED_MOMENTUM : ECP_I_SAME_MOMENTUM;
     for (i = 0; i < rows; i++) {
         ecp_i_insert(f->rank_c, ld, f->R, ld, f->W + ld * (f->rank_b + i));
         size = ecp_i_max(size, ecp_i_row_size(all - 1, S + ld * i));
     }
     f->size = size;
-    f->rank_m =
-        ecp_i_qr(rows, free, all, S, ld, tau, f->piv_m, ECP_I_SAME_MOMENTUM, ECP_I_SAME_MOMENTUM);
+    f->rank_m = ecp_i_qr(rows, free, all, S, ld, tau, f->piv_m, same, same);
     ecp_i_solve_rows(f->rank_m, all, S, ld);
     for (i = f->rank_m; ECP_I_PAIRS && i < rows; i++) {
         const ecp_real *row = S + ld * i + free;
@@ -5839,7 +5845,7 @@ static int ecp_i_front_factor(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fro
     }
     ecp_i_front_constrain(t, f, tau);
     ecp_i_front_balance(f);
-    left = ecp_i_front_momentum(f, tau + ECP_I_TAU);
+    left = ecp_i_front_momentum(t, f, tau + ECP_I_TAU);
     if (f->open > 0) ecp_i_front_open(arena, f, tau + 2 * ECP_I_TAU);
     if (arena->overflow) return 0;
     if (!ECP_I_PAIRS) {
@@ -6053,6 +6059,7 @@ typedef struct ecp_i_island {
     const ecp_world *world;
     int centring;  /* count unknowns from their target in the next Newton step */
     int many;      /* the last Newton step had many solutions (see ecp_i_island_step) */
+    int large;     /* two bodies and more, ECP_I_LARGE unknowns and more */
     int nearest;   /* the rule is ECP_NEAREST: starts keep the ECPs where they can */
     int uncentred; /* a patch starts from a point that the rule ECP_CENTRED did not choose, */
     int in_vain;   /* or could not find */
@@ -6419,6 +6426,7 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
     }
     for (i = 0; i < n; i++) dz[i] = -F[i];
     t->same = ecp_i_max(ECP_I_FINEST_CONSTRAINT, ecp_i_min(ECP_I_SAME_CONSTRAINT, fine));
+    if (ECP_I_PAIRS) t->damped = s->large && compliance > 0;
     if (!ecp_i_tree_solve(t, s->arena, ecp_i_body_count(s), s->motions, s->bodies, dz)) return 0;
     s->many = t->many > 0 || (ECP_I_ASKS_AGAIN && compliance > 0);
     return ecp_i_island_recover(s, z, dz);
@@ -6477,7 +6485,7 @@ typedef struct ecp_i_problem {
     ecp_real *F, *dz, *trial, *drift, *kept; /* n each */
     ecp_real *stalled; /* the same; NULL: no working set, no continuation in haste */
     int velocities; /* so many unknowns come first that say how velocities change; 0: there are none */
-    int large;      /* two bodies and more, ECP_I_LARGE unknowns and more */
+    int large;      /* many unknowns (ecp_i_island) */
     int hurries;    /* the chain ends with the first three starts (ecp_i_hurries) */
 } ecp_i_problem;
 
@@ -10129,6 +10137,7 @@ static void ecp_i_open_island(ecp_i_step *step, int label, ecp_i_island *s)
     s->noise = step->o->tolerance / 10;
     s->turn = ecp_i_content(step->o->tolerance);
     ecp_i_gather_island(step, label, s);
+    if (ECP_I_PAIRS) s->large = ecp_i_body_count(s) > 1 && s->unknowns >= ECP_I_LARGE;
 }
 
 /* the island as Newton sees it; the first vector is the unknowns */
@@ -10137,7 +10146,7 @@ static void ecp_i_island_problem(ecp_i_island *s, ecp_real *const *vectors, ecp_
     p->self = s;
     p->n = s->unknowns;
     p->velocities = 6 * ecp_i_body_count(s);
-    if (ECP_I_PAIRS) p->large = ecp_i_body_count(s) > 1 && p->n >= ECP_I_LARGE;
+    if (ECP_I_PAIRS) p->large = s->large;
     p->residual = ecp_i_island_residual;
     p->step = ecp_i_island_step;
     p->again = ECP_I_PAIRS ? ecp_i_island_again : NULL;

@@ -109,17 +109,17 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 58,660.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 58,696.
 
-       ECPSIM_NO_PAIRS     23,344  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     23,372  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   4,160  contacts are smooth, whatever the materials say
-       ECPSIM_NO_SLEEP      1,548  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   1,364  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     8,728  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
+       ECPSIM_NO_FRICTION   4,152  contacts are smooth, whatever the materials say
+       ECPSIM_NO_SLEEP      1,540  options.sleep = 1 is ECP_BAD_OPTION
+       ECPSIM_NO_CENTRING   1,392  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS     8,656  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
                                    nothing is said). Options that ask for others are ECP_BAD_OPTION.
-                                   5,036 if it is ECP_FALLBACK_GEOMETRIC; without
-                                   ECP_FALLBACK_SUBSTEPS 1,872 and the work memory for a second state
+                                   5,020 if it is ECP_FALLBACK_GEOMETRIC; without
+                                   ECP_FALLBACK_SUBSTEPS 1,868 and the work memory for a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
@@ -5291,15 +5291,15 @@ typedef struct ecp_i_front {
 } ecp_i_front;
 
 typedef struct ecp_i_tree {
-    ecp_real same;       /* relative difference below which constraints count as one */
-    ecp_i_front *fronts; /* in the order of elimination, children before parents */
-    int *slot;           /* of each body: its columns in the present front */
-    int *ints;           /* widest front */
-    ecp_real *v, *u;     /* velocities of all bodies; those of the others of one front */
-    int planned;         /* the fronts are there, and their order */
-    size_t stack;        /* where the stack of the fronts begins */
-    int many;            /* the last solve had many solutions */
-    int damped;          /* momentum is told from nothing by ECP_I_SAME_DAMPED_MOMENTUM */
+    ecp_real same;         /* relative difference below which constraints count as one */
+    ecp_i_front *fronts;   /* in the order of elimination, children before parents */
+    int *slot;             /* of each body: its columns in the present front */
+    int *ints;             /* widest front */
+    ecp_real *v, *u;       /* velocities of all bodies; those of the others of one front */
+    unsigned char planned; /* the fronts are there, and their order */
+    unsigned char damped;  /* momentum is told from nothing by ECP_I_SAME_DAMPED_MOMENTUM */
+    size_t stack;          /* where the stack of the fronts begins */
+    int many;              /* the last solve had many solutions */
     ecp_real h;
 } ecp_i_tree;
 
@@ -6059,7 +6059,6 @@ typedef struct ecp_i_island {
     const ecp_world *world;
     int centring;  /* count unknowns from their target in the next Newton step */
     int many;      /* the last Newton step had many solutions (see ecp_i_island_step) */
-    int large;     /* two bodies and more, ECP_I_LARGE unknowns and more */
     int nearest;   /* the rule is ECP_NEAREST: starts keep the ECPs where they can */
     int uncentred; /* a patch starts from a point that the rule ECP_CENTRED did not choose, */
     int in_vain;   /* or could not find */
@@ -6074,6 +6073,17 @@ typedef struct ecp_i_island {
 static int ecp_i_body_count(const ecp_i_island *s) { return ECP_I_PAIRS ? s->body_count : 1; }
 
 static ecp_i_motion *ecp_i_mover(const ecp_i_island *s, int i) { return s->motions + s->bodies[i]; }
+
+/* From so many unknowns on (piles of 50 bodies) what follows Newton from the warm start comes in another
+   order, searches that go round in a circle are stopped, and centring is given up earlier. Large piles take
+   many iterations, most of them in vain; small islands other starts solve as quickly, and for one body
+   alone nothing changes. Their damped steps are ECP_I_SAME_DAMPED_MOMENTUM's. */
+#define ECP_I_LARGE 1500
+
+static int ecp_i_island_is_large(const ecp_i_island *s)
+{
+    return ecp_i_body_count(s) > 1 && s->unknowns >= ECP_I_LARGE;
+}
 
 /* Velocities that move a body within a step by less than the rounding error of a gap between two
    bodies, or than `tiny` lengths, can not be told from zero. (A half-space's gap is known to its
@@ -6426,7 +6436,7 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
     }
     for (i = 0; i < n; i++) dz[i] = -F[i];
     t->same = ecp_i_max(ECP_I_FINEST_CONSTRAINT, ecp_i_min(ECP_I_SAME_CONSTRAINT, fine));
-    if (ECP_I_PAIRS) t->damped = s->large && compliance > 0;
+    if (ECP_I_PAIRS) t->damped = compliance > 0 && ecp_i_island_is_large(s);
     if (!ecp_i_tree_solve(t, s->arena, ecp_i_body_count(s), s->motions, s->bodies, dz)) return 0;
     s->many = t->many > 0 || (ECP_I_ASKS_AGAIN && compliance > 0);
     return ecp_i_island_recover(s, z, dz);
@@ -6485,7 +6495,7 @@ typedef struct ecp_i_problem {
     ecp_real *F, *dz, *trial, *drift, *kept; /* n each */
     ecp_real *stalled; /* the same; NULL: no working set, no continuation in haste */
     int velocities; /* so many unknowns come first that say how velocities change; 0: there are none */
-    int large;      /* many unknowns (ecp_i_island) */
+    int large;      /* ecp_i_island_is_large */
     int hurries;    /* the chain ends with the first three starts (ecp_i_hurries) */
 } ecp_i_problem;
 
@@ -6537,12 +6547,6 @@ static ecp_real ecp_i_content(ecp_real tolerance)
 {
     return ecp_i_max(tolerance / 100, 4 * ECP_I_EPSILON);
 }
-
-/* From so many unknowns on (piles of 50 bodies) what follows Newton from the warm start comes in another
-   order, searches that go round in a circle are stopped, and centring is given up earlier. Large piles take
-   many iterations, most of them in vain; small islands other starts solve as quickly, and for one body
-   alone nothing changes. */
-#define ECP_I_LARGE 1500
 
 static int ecp_i_is_large(const ecp_i_problem *p) { return ECP_I_PAIRS && p->large; }
 static int ecp_i_in_haste(const ecp_i_problem *p) { return ECP_I_PAIRS && p->hurries; }
@@ -10137,7 +10141,6 @@ static void ecp_i_open_island(ecp_i_step *step, int label, ecp_i_island *s)
     s->noise = step->o->tolerance / 10;
     s->turn = ecp_i_content(step->o->tolerance);
     ecp_i_gather_island(step, label, s);
-    if (ECP_I_PAIRS) s->large = ecp_i_body_count(s) > 1 && s->unknowns >= ECP_I_LARGE;
 }
 
 /* the island as Newton sees it; the first vector is the unknowns */
@@ -10146,7 +10149,7 @@ static void ecp_i_island_problem(ecp_i_island *s, ecp_real *const *vectors, ecp_
     p->self = s;
     p->n = s->unknowns;
     p->velocities = 6 * ecp_i_body_count(s);
-    if (ECP_I_PAIRS) p->large = s->large;
+    if (ECP_I_PAIRS) p->large = ecp_i_island_is_large(s);
     p->residual = ecp_i_island_residual;
     p->step = ecp_i_island_step;
     p->again = ECP_I_PAIRS ? ecp_i_island_again : NULL;

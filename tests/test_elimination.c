@@ -1590,7 +1590,7 @@ static void elimination_test_damped(void)
             W[7 * i + 6] = (ecp_real)x[i];
         }
         f.W = W;
-        t.damped = damped;
+        t.damped = damped > 0;
         CHECK(ecp_i_front_momentum(&t, &f, tau) == 0);
         CHECK(f.rank_m == (damped ? 6 : 1) && f.open == (damped ? 0 : 5));
         if (!damped) continue;

@@ -1570,7 +1570,7 @@ static void elimination_test_damped(void)
     const double stiff = 1e12;
     int damped, i, j, k;
     for (damped = 0; damped < 2 && test_by(0, 1) < 1; damped++) {
-        ecp_real W[6 * 7], tau[6];
+        ecp_real W[6 * 7], none[1] = {0}, tau[6];
         double u[6], x[6], norm = 0, along = 0, error = 0;
         ecp_i_front f;
         ecp_i_tree t;
@@ -1590,6 +1590,7 @@ static void elimination_test_damped(void)
             W[7 * i + 6] = (ecp_real)x[i];
         }
         f.W = W;
+        f.R = f.C = f.M = none; /* no constraints, no other bodies */
         t.damped = damped > 0;
         CHECK(ecp_i_front_momentum(&t, &f, tau) == 0);
         CHECK(f.rank_m == (damped ? 6 : 1) && f.open == (damped ? 0 : 5));

@@ -5491,9 +5491,9 @@ static int ecp_i_front_body(const ecp_i_front *f) { return ECP_I_PAIRS ? f->body
 #define ECP_I_SAME_FORCE ecp_i_max(64 * ECP_I_EPSILON, ECP_R(1e-12))
 #define ECP_I_SAME_MOMENTUM ecp_i_max(4 * ECP_I_EPSILON, ECP_R(1e-11))
 
-/* A damped step of a large island takes less for something: its stiffest contacts are stiff by the compliance's
-   inverse squared (the tilt moves an ECP, and with it the slip), up to 1e12, beside which the inertia of 1 was nothing,
-   and the momentum of a slow turn was mended by half a step at a time. */
+/* Damped steps of large islands: a contact may be as stiff as the compliance's inverse squared there, 1e12 (a tilt moves
+   the ECP, and with it the slip). Beside that the inertia, 1, must not count as nothing, or the turn it is to fix is left
+   open, and each step leaves half of its momentum unbalanced. */
 #define ECP_I_SAME_DAMPED_MOMENTUM ecp_i_max(4 * ECP_I_EPSILON, ECP_R(1e-13))
 
 /* what an open velocity costs in the least step, should another front need it */
@@ -6077,7 +6077,7 @@ static ecp_i_motion *ecp_i_mover(const ecp_i_island *s, int i) { return s->motio
 /* From so many unknowns on (piles of 50 bodies) what follows Newton from the warm start comes in another
    order, searches that go round in a circle are stopped, and centring is given up earlier. Large piles take
    many iterations, most of them in vain; small islands other starts solve as quickly, and for one body
-   alone nothing changes. Their damped steps are ECP_I_SAME_DAMPED_MOMENTUM's. */
+   alone nothing changes. In their damped steps momentum counts by ECP_I_SAME_DAMPED_MOMENTUM. */
 #define ECP_I_LARGE 1500
 
 static int ecp_i_island_is_large(const ecp_i_island *s)

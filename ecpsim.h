@@ -432,8 +432,8 @@ ECP_DEF void ecp_quat_advance(const ecp_real q[4], const ecp_real w[3], ecp_real
      polytope     n_i.x - c_i                                                 m   largest |vertex|
 
    The second derivatives of the capsule's f jump where its cylinder meets its half balls; all the
-   others are twice continuously differentiable. Values are finite as long as |x|^2 does not
-   overflow. */
+   others are twice continuously differentiable. Values are finite as long as the square of |x| over
+   the smallest size does not overflow. */
 
 typedef struct ecp_shape ecp_shape;
 
@@ -554,7 +554,7 @@ ECP_DEF ecp_status ecp_shape_polytope(ecp_shape *s, const ecp_real *planes, int 
    this section for what is expected of them). `centre` is a point inside and `radius` > 0 that of a
    ball about it that holds the solid. cls->eval and cls->support must be there (ECP_BAD_POINTER);
    cls->hess is NULL if all f_i are affine; cls->mass may be NULL, and then ecp_shape_mass() gives
-   zeros. `cls` and `user` are kept by pointer; `user` may be NULL and is never read by the library.
+   no mass and no inertia. `cls` and `user` are kept by pointer; `user` may be NULL and is never read by the library.
    Fewer than one inequality gives ECP_BAD_SIZE. That the functions are convex is not checked. */
 ECP_DEF ecp_status ecp_shape_convex(ecp_shape *s, const ecp_shape_class *cls, int inequalities,
                                     const ecp_real centre[3], ecp_real radius, const void *user);
@@ -566,7 +566,7 @@ ECP_DEF void ecp_shape_bounds(const ecp_shape *s, ecp_real lo[3], ecp_real hi[3]
 
 /* Writes the shape's mass properties in its own frame, for a uniform density in kg/m^3. A negative
    density describes a cavity, to be added to the solid around it with ecp_mass_add(). A half-space
-   gives zeros. The same conditions on the pointers hold. */
+   gives no mass and no inertia. The same conditions on the pointers hold. */
 ECP_DEF void ecp_shape_mass(const ecp_shape *s, ecp_real density, ecp_mass *out);
 
 /* Adds to *total a part whose frame has its origin at `position` (m) and is turned by the
@@ -785,15 +785,15 @@ ECP_DEF ecp_options ecp_options_default(void);
 /* What a step did. */
 typedef struct ecp_report {
     ecp_status status;
-    int unknowns;         /* scalar unknowns of the step's problem, all islands */
-    int asleep;           /* dynamic bodies that the step left out because they sleep; their islands
+    int unknowns;     /* scalar unknowns of the step's problem, all islands */
+    int asleep;       /* dynamic bodies that the step left out because they sleep; their islands
                              are counted nowhere else, their patches are */
-    int patches_kept;     /* pairs of primitives in the problem, or asleep */
-    int patches_left_out; /* all others (filters aside; INT_MAX of more): they cannot touch within
+    int patches_kept; /* pairs of primitives in the problem, or asleep */
+    int patches_left_out; /* all others (filters aside; about INT_MAX if there are more): they cannot touch within
                              the step, or touch at a corner (edge along edge, vertex to vertex), carried
                              nothing in the last step and do not overlap after this one; or they were
                              left out by ECP_FALLBACK_WORKING_SET and do not overlap */
-    int islands;          /* groups of bodies that touch, each solved by itself */
+    int islands;    /* groups of bodies that touch, each solved by itself */
     int iterations; /* Newton iterations, all attempts. Where bodies meet they are repeated with
                             the elimination they have, which `evaluations` alone counts */
     int centring_rounds; /* of the rule ECP_CENTRED */
@@ -833,7 +833,8 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
 
 /* Sets the guess for the equivalent contact point of a pair of primitives in the next step: a world
    point, kept in the frame of the primitive that the contact report calls A. It matters for the rule
-   ECP_NEAREST, takes the place of the pair's last solution, and uses one of max_patches. */
+   ECP_NEAREST, takes the place of the pair's last solution, and uses one of max_patches. ECP_BAD_KIND
+   where the two can make no patch: on one body, or neither on a dynamic one. */
 ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
                                  const ecp_real point[3]);
 
@@ -889,12 +890,12 @@ ECP_DEF ecp_status ecp_dump(const ecp_world *world, ecp_real h, const ecp_option
    stops or begins or turns round, faces that become edges (docs/advance.md). It works in the world's
    own memory, if ecp_world_desc.advance_order asks for it. */
 
-/* Called before every base step with the world in its state there, and the time at the step's end:
-   applies the loads (ecp_body_apply_force, ecp_body_apply_torque), and sets the velocities of
-   kinematic bodies. It must be a function of both alone, as base steps are repeated; ecp_step and
-   ecp_advance are ECP_BAD_OPTION there. It is seen at these times only: what comes and goes between two
-   of them is not there. While little moves they are seconds apart, so give a load that varies a
-   longest_step, of a fraction of what it takes. */
+/* Called before every base step with the world in its state there, and the time at the step's end: applies the loads
+   (ecp_body_apply_force, ecp_body_apply_torque), and sets the velocities of kinematic bodies. It must be a function
+   of both alone, as base steps are repeated; ecp_step and ecp_advance are ECP_BAD_OPTION there, and no impulses
+   belong there: they would act in every base step. It is seen at these times only: what comes and goes between two
+   of them is not there. While little moves they are seconds apart, so give a load that varies a longest_step, of a
+   fraction of what it takes. */
 typedef void (*ecp_load)(void *user, ecp_world *world, ecp_real time);
 
 typedef struct ecp_advance_options {
@@ -902,8 +903,8 @@ typedef struct ecp_advance_options {
                             tolerance times L = sqrt(trace I / mass) of the body (of a kinematic
                             one: the shortest L, or 1 m), and tolerance (rad); in velocities
                             tolerance times the largest of |v|, L |w| and sqrt(|g| L) */
-    ecp_real macro_step; /* 0: chosen. Else this pace is kept (the last one is shorter), with
-                            `order`, and the tolerance is only the unit of the error reported, s */
+    ecp_real macro_step; /* s; 0: chosen. Else this pace is kept (the last one is shorter), with
+                            `order`, and the tolerance is only the unit of the error reported */
     int order;           /* the highest, from 2 to ecp_world_desc.advance_order; 0: that one */
     int max_solves;      /* base steps, after which it fails with ECP_NOT_SOLVED, looked at between
                             macro steps; 0: no limit */
@@ -979,7 +980,8 @@ ECP_DEF ecp_status ecp_printed_residual(const ecp_world *before, const ecp_world
    the signs and the stick branch that the paper leaves out; isotropic friction e). In: mass, unit
    normal, mu, e, applied impulse J (weight included), velocity v, which must not leave the plane.
    Out: the velocity after the step and the summed impulse of the plane on the body (normal and
-   friction together). Returns ECP_SLIP, ECP_STICK, or ECP_APART where J lifts the body off. */
+   friction together). Returns ECP_SLIP, ECP_STICK, or ECP_APART where J lifts the body off. Nothing is
+   checked: mass > 0, |normal| = 1, and no pointer may be NULL. */
 ECP_DEF ecp_mode ecp_translation_step(ecp_real mass, const ecp_real normal[3], ecp_real mu,
                                       ecp_real e, const ecp_real J[3], const ecp_real v[3],
                                       ecp_real v_out[3], ecp_real impulse[3]);
@@ -2564,19 +2566,9 @@ static int ecp_i_measurable(ecp_real radius)
     return square > 0 && ecp_i_finite(square);
 }
 
-static ecp_status ecp_i_check_finite(const ecp_real *value, int count)
-{
-    for (int i = 0; i < count; ++i) {
-        if (!ecp_i_finite(value[i])) {
-            return ECP_NOT_FINITE;
-        }
-    }
-    return ECP_OK;
-}
-
 static ecp_status ecp_i_check_sizes(const ecp_real *size, int count)
 {
-    if (ecp_i_check_finite(size, count) != ECP_OK) {
+    if (!ecp_i_all_finite(count, size)) {
         return ECP_NOT_FINITE;
     }
     for (int i = 0; i < count; ++i) {
@@ -2608,7 +2600,7 @@ ECP_DEF ecp_status ecp_shape_half_space(ecp_shape *s, const ecp_real normal[3], 
     if (s == NULL || normal == NULL) {
         return ECP_BAD_POINTER;
     }
-    if (ecp_i_check_finite(normal, 3) != ECP_OK || !ecp_i_finite(offset)) {
+    if (!ecp_i_all_finite(3, normal) || !ecp_i_finite(offset)) {
         return ECP_NOT_FINITE;
     }
 
@@ -2670,7 +2662,7 @@ ECP_DEF ecp_status ecp_shape_capsule(ecp_shape *s, ecp_real radius, ecp_real hal
     if (s == NULL) {
         return ECP_BAD_POINTER;
     }
-    if (ecp_i_check_finite(size, 2) != ECP_OK) {
+    if (!ecp_i_all_finite(2, size)) {
         return ECP_NOT_FINITE;
     }
     if (radius <= ECP_R(0) || half_length < ECP_R(0) || !ecp_i_measurable(radius) ||
@@ -2706,12 +2698,13 @@ ECP_DEF ecp_status ecp_shape_frustum(ecp_shape *s, ecp_real bottom_radius, ecp_r
     if (s == NULL) {
         return ECP_BAD_POINTER;
     }
-    if (ecp_i_check_finite(size, 3) != ECP_OK) {
+    if (!ecp_i_all_finite(3, size)) {
         return ECP_NOT_FINITE;
     }
     wide = ecp_i_max(bottom_radius, top_radius);
     if (ecp_i_min(bottom_radius, top_radius) < ECP_R(0) || wide <= ECP_R(0) ||
-        half_height <= ECP_R(0) || !ecp_i_measurable(ECP_R(4) * (wide + half_height)) ||
+        half_height <= ECP_R(0) || !ecp_i_measurable(half_height) ||
+        !ecp_i_measurable(ECP_R(4) * (wide + half_height)) ||
         !ecp_i_measurable(ECP_I_FRUSTUM_TIP * wide)) {
         return ECP_BAD_SIZE;
     }
@@ -2905,7 +2898,7 @@ static int ecp_i_polytope_flat(const ecp_shape *s)
 
 static ecp_status ecp_i_check_planes(const ecp_real *planes, int count)
 {
-    if (ecp_i_check_finite(planes, 4 * count) != ECP_OK) {
+    if (!ecp_i_all_finite(4 * count, planes)) {
         return ECP_NOT_FINITE;
     }
     for (int i = 0; i < count; ++i) {
@@ -2941,6 +2934,9 @@ ECP_DEF ecp_status ecp_shape_polytope(ecp_shape *s, const ecp_real *planes, int 
 
     /* vertices; a single one at the origin has reach 0 */
     size[0] = ecp_i_polytope_reach(planes, count);
+    if (!ecp_i_finite(size[0])) {
+        return ECP_BAD_SIZE;
+    }
     if (size[0] <= ECP_R(0)) {
         return ECP_EMPTY_POLYTOPE;
     }
@@ -2969,7 +2965,7 @@ ECP_DEF ecp_status ecp_shape_polytope(ecp_shape *s, const ecp_real *planes, int 
                    vertices[3 * v + 2] - mass.centre[2], d);
         made.radius = ecp_i_max(made.radius, ecp_i_norm(d));
     }
-    if (ecp_i_check_finite(made.centre, 3) != ECP_OK || !ecp_i_measurable(made.radius)) {
+    if (!ecp_i_all_finite(3, made.centre) || !ecp_i_measurable(made.radius)) {
         return ECP_BAD_SIZE;
     }
     ECPSIM_MEMCPY(s, &made, sizeof made);
@@ -2984,7 +2980,7 @@ ECP_DEF ecp_status ecp_shape_convex(ecp_shape *s, const ecp_shape_class *cls, in
     if (s == NULL || cls == NULL || centre == NULL || cls->eval == NULL || cls->support == NULL) {
         return ECP_BAD_POINTER;
     }
-    if (ecp_i_check_finite(centre, 3) != ECP_OK || !ecp_i_finite(radius)) {
+    if (!ecp_i_all_finite(3, centre) || !ecp_i_finite(radius)) {
         return ECP_NOT_FINITE;
     }
     if (inequalities < 1 || radius <= ECP_R(0) || !ecp_i_measurable(radius)) {
@@ -3102,8 +3098,8 @@ typedef struct ecp_i_body {
     ecp_real x_carry[3], v_carry[6];
     ecp_real force[6], impulse[6]; /* applied since the last step */
     int kind;
-    int asleep; /* the last step left it and its whole island as they were, see >>sleep; of what is
-                   not dynamic: it left it as it was; 2: and a pair of it that touches was left out */
+    int asleep; /* 1: the last step left it and its whole island as they were, see >>sleep (one that is
+                   not dynamic: left it as it was); 2: the same, but a pair of it that touches was left out */
 } ecp_i_body;
 
 /* a posed primitive */
@@ -3430,7 +3426,7 @@ ECP_DEF ecp_status ecp_body_add(ecp_world *world, const ecp_body_desc *desc, int
     return ECP_OK;
 }
 
-/* a patch of the body is gone or another one: what is not dynamic does not care, nor do others on it */
+/* a patch of the body has gone or changed: bodies that are not dynamic do not care, nor does what else lies on them */
 static void ecp_i_wake(ecp_world *w, int body)
 {
     if (ecp_i_bodies(w)[body].kind == ECP_DYNAMIC) ecp_i_bodies(w)[body].asleep = 0;
@@ -3449,7 +3445,7 @@ static void ecp_i_drop_patches(ecp_world *w)
             continue;
         }
         if (kept < i) {
-            list[kept] = list[i];
+            ECPSIM_MEMCPY(list + kept, list + i, sizeof *list);
             ECPSIM_MEMCPY(ecp_i_multipliers(w, kept), ecp_i_multipliers(w, i),
                           (size_t)w->desc.max_inequalities * sizeof(ecp_real));
         }
@@ -3832,7 +3828,7 @@ static void ecp_i_velocity_change(ecp_i_motion *m, const ecp_real impulse[6], ec
 static int ecp_i_implicit_rotation(const ecp_real inertia[9], const ecp_real w0[3], ecp_real h,
                                    ecp_real w[3])
 {
-    ecp_real f[3], L[3], J[12], tau[3], x[3], size = 0, before = -1, t = 1; /* J: and f */
+    ecp_real f[3], L[3], J[12], tau[3], x[3], size = 0, before = -1, t = 1; /* J: f last */
     int piv[3], k, i, j;
     ecp_i_copy3(w0, w);
     ecp_i_set3(0, 0, 0, x);
@@ -4579,9 +4575,9 @@ static void ecp_i_moment_column(const ecp_i_pair *c, const ecp_i_motion *m, ecp_
 }
 
 /* One column of the patch's block, zero before: how its rows, and the bodies' momentum rows below
-   them, change under t. The rows of the active multipliers of f and everything's own multiplier are
-   written by the caller. Most changes leave most of it alone: multipliers move nothing, impulses turn
-   nothing, and only a pair's normal changes. */
+   them, change under t. The rows of the active multipliers of f, and each multiplier's entry
+   in its own row, are written by the caller. Most changes leave most of it alone: multipliers move
+   nothing, impulses turn nothing, and only a pair's normal changes. */
 static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i_change *t,
                          ecp_real h, ecp_real *column)
 {
@@ -5048,9 +5044,9 @@ static void ecp_i_block_slack(ecp_i_pair *c)
     }
 }
 
-/* What is no pivot in the column of the gap d: where that is hardly more than rounding as a whole, what is rounding beside
-   its largest entry. Where nothing moves, h vs is next to nothing beside L, and of a gap that is open all entries are as
-   small. */
+/* What is no pivot in the column of the gap d: where that is hardly more than rounding as a whole, what is rounding
+   beside its largest entry. Where nothing moves, h vs is next to nothing beside L, and of a gap that is open all
+   entries are as small. */
 static ecp_real ecp_i_no_gap_pivot(const ecp_i_pair *c)
 {
     ecp_real most = 0;
@@ -5491,10 +5487,11 @@ static int ecp_i_front_body(const ecp_i_front *f) { return ECP_I_PAIRS ? f->body
 #define ECP_I_SAME_FORCE ecp_i_max(64 * ECP_I_EPSILON, ECP_R(1e-12))
 #define ECP_I_SAME_MOMENTUM ecp_i_max(4 * ECP_I_EPSILON, ECP_R(1e-11))
 
-/* Damped steps of large islands: a contact may be as stiff as the compliance's inverse squared there, 1e12 (a tilt moves
-   the ECP, and with it the slip). Beside that the inertia, 1, must not count as nothing, or the turn it is to fix is left
-   open, and each step leaves half of its momentum unbalanced. */
+/* In a damped step a contact may be as stiff as the compliance's inverse squared, 1e12 (a tilt moves the ECP, and
+   with it the slip). Beside that the inertia of a body, 1, and of most ways to turn it must not count as nothing, or
+   the turn that it is to fix is left open, and each step leaves half of its momentum unbalanced. */
 #define ECP_I_SAME_DAMPED_MOMENTUM ecp_i_max(4 * ECP_I_EPSILON, ECP_R(1e-13))
+#define ECP_I_LEAST_INERTIA ECP_R(1e-2)
 
 /* what an open velocity costs in the least step, should another front need it */
 #define ECP_I_OPEN_WEIGHT ECP_R(100.0)
@@ -5554,11 +5551,13 @@ static int ecp_i_front_momentum(const ecp_i_tree *t, ecp_i_front *f, ecp_real *t
     int ld = 7 + ecp_i_width(f), free = 6 - f->rank_c, rows = 6 - f->rank_b, all = ld - f->rank_c;
     int left = f->constraints - f->rank_c, i, j;
     ecp_real *S = f->W + ld * f->rank_b + f->rank_c, size = 0;
-    ecp_real same = ECP_I_PAIRS && t->damped ? ECP_I_SAME_DAMPED_MOMENTUM : ECP_I_SAME_MOMENTUM;
+    ecp_real same = ECP_I_SAME_MOMENTUM;
     for (i = 0; i < rows; i++) {
         ecp_i_insert(f->rank_c, ld, f->R, ld, f->W + ld * (f->rank_b + i));
         size = ecp_i_max(size, ecp_i_row_size(all - 1, S + ld * i));
     }
+    if (ECP_I_PAIRS && t->damped && same * size > ECP_I_LEAST_INERTIA)
+        same = ecp_i_max(ECP_I_SAME_DAMPED_MOMENTUM, ECP_I_LEAST_INERTIA / size);
     f->size = size;
     f->rank_m = ecp_i_qr(rows, free, all, S, ld, tau, f->piv_m, same, same);
     ecp_i_solve_rows(f->rank_m, all, S, ld);
@@ -6075,9 +6074,8 @@ static int ecp_i_body_count(const ecp_i_island *s) { return ECP_I_PAIRS ? s->bod
 static ecp_i_motion *ecp_i_mover(const ecp_i_island *s, int i) { return s->motions + s->bodies[i]; }
 
 /* From so many unknowns on (piles of 50 bodies) what follows Newton from the warm start comes in another
-   order, searches that go round in a circle are stopped, and centring is given up earlier. Large piles take
-   many iterations, most of them in vain; small islands other starts solve as quickly, and for one body
-   alone nothing changes. In their damped steps momentum counts by ECP_I_SAME_DAMPED_MOMENTUM. */
+   order, and searches that go round in a circle are stopped. Large piles take many iterations, most of them in
+   vain; small islands other starts solve as quickly, and for one body alone nothing changes. */
 #define ECP_I_LARGE 1500
 
 static int ecp_i_island_is_large(const ecp_i_island *s)
@@ -6136,9 +6134,9 @@ static ecp_real ecp_i_geometry_error(const ecp_i_island *s, const ecp_i_pair *c,
     return ecp_i_on_plane(c) ? 100 * (size - 2 * ECP_I_EPSILON) : 10 * (size - granted);
 }
 
-/* How far rounding may have moved the row of a gap. A pair's has the rounding of the poses in it: flush cubes that stand
-   in a wall overlap here and there by that, which is nothing to mend. Where there is no load for it, the row of a gap
-   below zero is twice the gap. */
+/* How far rounding may have moved the row of a gap. A pair's has the rounding of the poses in it: flush cubes that
+   stand in a wall overlap here and there by that, which is nothing to mend. Where there is no load for it, the row
+   of a gap below zero is twice the gap. */
 static ecp_real ecp_i_gap_noise(const ecp_i_island *s, const ecp_i_pair *c)
 {
     ecp_real noise = c->d_noise / (s->h * c->V), d = c->d / (s->h * c->V);
@@ -6436,7 +6434,7 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
     }
     for (i = 0; i < n; i++) dz[i] = -F[i];
     t->same = ecp_i_max(ECP_I_FINEST_CONSTRAINT, ecp_i_min(ECP_I_SAME_CONSTRAINT, fine));
-    if (ECP_I_PAIRS) t->damped = compliance > 0 && ecp_i_island_is_large(s);
+    if (ECP_I_PAIRS) t->damped = compliance > 0;
     if (!ecp_i_tree_solve(t, s->arena, ecp_i_body_count(s), s->motions, s->bodies, dz)) return 0;
     s->many = t->many > 0 || (ECP_I_ASKS_AGAIN && compliance > 0);
     return ecp_i_island_recover(s, z, dz);
@@ -6768,7 +6766,8 @@ static void ecp_i_repeat(const ecp_i_problem *p, ecp_real before, ecp_real toler
    iteration does not halve the residual (friction that the floor grants gets one more, to go from sticking to
    slipping): what one step misses is missed again by the warm start of the next, and adds up. Well below it an
    iteration that makes things worse is not taken. A start that is well below the tolerance is left as it is if
-   `warm` says so, one in which nothing moves (warm = 2, so nothing adds up) if it is below. */
+   `warm` says so, one in which nothing moves (warm = 2, so nothing adds up) if it is below. From beside a
+   solution (warm = -1) no step is damped: what is not near then is not that solution. */
 static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, int limit,
                         ecp_real relax, ecp_real *z, ecp_i_effort *effort)
 {
@@ -6780,8 +6779,8 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     ecp_i_evaluate(p, z, relax, effort);
     if (ecp_i_at_rounding(now, tolerance)) return 1;
     enough = warm > 1 ? tolerance : ecp_i_content(tolerance);
-    if (warm && now->error <= enough && (!ECP_I_FRICTION || now->friction <= enough)) return 1;
-    if (warm) ecp_i_better_start(p, z, effort);
+    if (warm > 0 && now->error <= enough && (!ECP_I_FRICTION || now->friction <= enough)) return 1;
+    if (warm > 0) ecp_i_better_start(p, z, effort);
     for (k = 0; k < ECP_I_MEMORY; k++) s.merits[k] = ecp_i_merit(p->n, p->F);
     s.merit = lowest.merit = s.merits[0];
     lowest.age = 0;
@@ -6802,7 +6801,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
         if (!(t > 0)) {
             /* back to the last point; it may be one that will do */
             ecp_i_evaluate(p, z, relax, effort);
-            if (above <= tolerance || s.compliance >= ECP_I_MOST_COMPLIANCE)
+            if (above <= tolerance || s.compliance >= ECP_I_MOST_COMPLIANCE || warm < 0)
                 return above <= tolerance;
             if (!(s.compliance > 0) || above >= ECP_I_STALLED || strides++ >= ECP_I_STRIDES) {
                 int times = (ecp_i_is_large(p) ? 2 : 1) * ECP_I_DAMPED_LIMIT;
@@ -7083,7 +7082,6 @@ static int ecp_i_mcp_step(void *self, const ecp_real *z, const ecp_real *F, ecp_
     ecp_real da, db;
     int i, j, n = s->problem->n, size = n + s->problem->m;
     (void)fine;
-    s->problem->function(s->problem->user, z, s->value);
     s->problem->jacobian(s->problem->user, z, s->J);
     for (i = 0; i < size; i++) {
         s->rhs[i] = -F[i];
@@ -8320,7 +8318,7 @@ typedef struct ecp_i_step {
     ecp_report *r;
     int *cut; /* if not NULL set to 1 where an island is given up early, for shorter steps */
     int is_watched,
-        has_sleepers; /* options.sleep; and whose flag is set may be left out of this step */
+        has_sleepers; /* options.sleep is on; bodies whose flag is set may be left out of this step */
     ecp_i_arena arena;
     ecp_i_motion *motions;
     ecp_i_pair *pairs;
@@ -8418,7 +8416,7 @@ static void ecp_i_carve_pair(ecp_i_arena *arena, int nl, int nm, ecp_i_pair *c)
 
 /* The vectors of Newton's method: z, F; and where the first residual will not do, the last z that a
    ramp or continuation has reached or to which a centring step goes back, dz, trial, drift, and where
-   Newton has stalled before continuation. */
+   Newton has stalled before the working set or continuation. */
 #define ECP_I_VECTORS                                                                              \
     ((ECPSIM_FALLBACKS) & (ECP_FALLBACK_CONTINUATION | ECP_FALLBACK_WORKING_SET) ? 7 : 6)
 
@@ -8725,16 +8723,23 @@ static int ecp_i_leaves_corner(ecp_i_step *s, const ecp_i_pair *c, const ecp_i_p
     return 1;
 }
 
-/* Do the two overlap at the end of the trial motion, by more than the certificate of a patch lets pass? along: a
-   direction in which they were apart, and most often still are; or NULL. */
+/* by how much the certificate of a pair lets it overlap */
+static ecp_real ecp_i_let_pass(const ecp_i_pair *c, ecp_real tolerance)
+{
+    ecp_real size = ecp_i_min(c->a->shape.radius, c->b->shape.radius);
+    return 4 * tolerance * size + ECP_I_EPSILON * (ecp_i_norm(c->offset) + size);
+}
+
+/* Do the two overlap at the end of the trial motion, a pair of bodies by more than the certificate of a patch lets
+   pass? along: a direction in which they were apart, and most often still are; or NULL. */
 static int ecp_i_touching(const ecp_i_step *s, const ecp_i_pair *c, const ecp_real *along)
 {
     ecp_i_posed A, B;
-    ecp_real n[3], at_a[3], size = ecp_i_min(c->a->shape.radius, c->b->shape.radius), limit;
+    ecp_real n[3], at_a[3], limit;
     ecp_i_pose(c, 0, 1, &A);
     ecp_i_pose(c, 1, 1, &B);
     if (ecp_i_on_plane(c)) return ecp_i_plane_gap(&A, &B, 0, n, at_a) < 0;
-    limit = 4 * s->o->tolerance * size + ECP_I_EPSILON * (ecp_i_norm(c->offset) + size);
+    limit = ecp_i_let_pass(c, s->o->tolerance);
     if (along && ecp_i_separation(&A, &B, along) >= -limit) return 0;
     return ecp_i_closer(&A, &B, 0) && ecp_i_overlap(&A, &B, n) > limit;
 }
@@ -8931,68 +8936,69 @@ static int ecp_i_strayed(const ecp_i_step *s, int i)
     return s->h * (ecp_i_norm(off) + s->reaches[i] * ecp_i_norm(m->v + 3)) > s->margins[i];
 }
 
-/* adds a pair to the extra ones, if there is room */
-static void ecp_i_add_extra(ecp_i_step *s, int i, int j)
+/* Adds a pair to the extra ones if the two overlap at the end of the step. There may be as many as patches. */
+static ecp_status ecp_i_try_extra(ecp_i_step *s, ecp_i_pair *c, int i, int j, const ecp_real *along)
 {
-    if (s->extras == s->w->desc.max_patches) return;
+    int most = s->w->desc.max_patches;
+    if (!ecp_i_pair_bind(s, i, j, c) || !ecp_i_touching(s, c, along)) return ECP_OK;
+    if (s->extras == most)
+        return ecp_i_fail(s->r, ECP_CAPACITY, -1, i, j, (ecp_real)most + 1, (ecp_real)most);
     s->extra[2 * s->extras] = i;
     s->extra[2 * s->extras++ + 1] = j;
+    return ECP_OK;
 }
 
-/* adds the corners that were left out but overlap at the end of the step */
-static void ecp_i_find_corners(ecp_i_step *s)
+/* adds the corners that were left out but overlap at the end of the step; c: room for a pair */
+static ecp_status ecp_i_find_corners(ecp_i_step *s, ecp_i_pair *c)
 {
-    size_t mark = s->arena.used;
-    ecp_i_pair *c;
+    ecp_status status = ECP_OK;
     int k;
-    if (s->corners == 0) return;
-    c = (ecp_i_pair *)ecp_i_take(&s->arena, 1, sizeof(ecp_i_pair));
-    ECPSIM_ASSERT(c);
-    for (k = 0; k < s->corners; k++) {
+    for (k = 0; k < s->corners && status == ECP_OK; k++) {
         const ecp_i_corner *corner = s->corner + k;
-        if (ecp_i_pair_bind(s, corner->i, corner->j, c) && ecp_i_touching(s, c, corner->n))
-            ecp_i_add_extra(s, corner->i, corner->j);
+        status = ecp_i_try_extra(s, c, corner->i, corner->j, corner->n);
     }
-    ecp_i_release(&s->arena, mark, s->arena.top);
+    return status;
 }
 
 /* adds all pairs that were left out but overlap at the end of the step to the extra ones */
-static void ecp_i_find_touching(ecp_i_step *s)
+static ecp_status ecp_i_find_touching(ecp_i_step *s)
 {
     const ecp_i_part *parts = ecp_i_parts(s->w);
     ecp_i_broad *b = &s->broad;
     ecp_i_pair *c;
+    ecp_status status = ECP_OK;
     size_t mark = s->arena.used;
     int i, j, k, found, strayed = 0, shapes = s->w->shapes;
     for (i = 0; i < shapes && !strayed; i++) {
         if (parts[i].body == ECP_I_FREE) continue;
         strayed = ecp_i_strayed(s, i);
     }
-    if (ECP_I_PAIRS) ecp_i_find_corners(s);
-    if (!strayed) return;
-    for (i = 0; ECP_I_PAIRS && i < shapes; i++) {
+    if (!strayed && (!ECP_I_PAIRS || s->corners == 0)) return ECP_OK;
+    c = (ecp_i_pair *)ecp_i_take(&s->arena, 1, sizeof(ecp_i_pair));
+    ECPSIM_ASSERT(c);
+    if (ECP_I_PAIRS) status = ecp_i_find_corners(s, c);
+    for (i = 0; ECP_I_PAIRS && strayed && i < shapes; i++) {
         if (parts[i].body == ECP_I_FREE) continue;
         ecp_i_part_box(parts + i, s->motions + parts[i].body, 1, 0, b->boxes + i);
     }
-    if (ECP_I_PAIRS) ecp_i_broad_build(b, parts, shapes);
-    c = (ecp_i_pair *)ecp_i_take(&s->arena, 1, sizeof(ecp_i_pair));
-    ECPSIM_ASSERT(c);
-    for (i = 0; i < shapes; i++) {
+    if (ECP_I_PAIRS && strayed) ecp_i_broad_build(b, parts, shapes);
+    for (i = 0; strayed && i < shapes; i++) {
         if (parts[i].body == ECP_I_FREE || parts[i].shape.kind == ECP_HALF_SPACE) continue;
         if (!ecp_i_strayed(s, i)) continue;
         found = ecp_i_candidates(b, parts, shapes, i, -1);
-        for (k = 0; k < found; k++) {
+        for (k = 0; k < found && status == ECP_OK; k++) {
             int lo = i < b->hits[k] ? i : b->hits[k];
             j = i + b->hits[k] - lo;
             if (ecp_i_is_in(s, lo, j) || ecp_i_is_extra(s, lo, j)) continue;
-            if (ecp_i_pair_bind(s, lo, j, c) && ecp_i_touching(s, c, NULL))
-                ecp_i_add_extra(s, lo, j);
+            status = ecp_i_try_extra(s, c, lo, j, NULL);
         }
     }
     ecp_i_release(&s->arena, mark, s->arena.top);
+    return status;
 }
 
-/* pairs of primitives that could make a patch if they were near each other, without filters; INT_MAX of more */
+/* pairs of primitives that could make a patch if they were near each other, without filters; INT_MAX if there are
+   more */
 static int ecp_i_count_pairs(const ecp_i_step *s)
 {
     const ecp_i_part *parts = ecp_i_parts(s->w);
@@ -9234,7 +9240,7 @@ static int ecp_i_world_sleeps(ecp_i_step *s)
 /* >>solve: one island */
 
 /* what the points of a body move by its turn w, on the average that counts in its energy: as much as
-   `length` |w| if its three moments of inertia are one */
+   `length` |w| if its three moments of inertia are equal */
 static ecp_real ecp_i_spin_speed(const ecp_i_motion *m, const ecp_real w[3])
 {
     ecp_real L[3];
@@ -9546,13 +9552,12 @@ static void ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, 
     if (ecp_i_moves_b(c)) ecp_i_wrench(c, c->mb, warm ? c->rb : none, -1);
 }
 
-/* Start k: the patches warm (0), geometric (1), from several points each (2), geometric for the pose
-   that a part of the free motion leads to (3 to 6), or geometric with the ECPs to one side (7 to 10). The
-   warm start's velocities balance its impulses (a patch without a history knows its load but not where it acts, and gets no
-   moment); those that are nothing but the rounding of that balance, or that the rounding floors of the
-   patches would let pass, or of a turn that the quaternion has no room for, with the way of the body's
-   outside in it, are zero instead, or they would add up to a drift, or come and go in turn with the
-   impulse that takes them back. */
+/* Start k: the patches warm (0), geometric (1), from several points each (2), geometric for the pose that a part of
+   the free motion leads to (3 to 6), or geometric with the ECPs to one side (7 to 10). The warm start's velocities
+   balance its impulses (a patch without a history knows its load but not where it acts, and gets no moment); those
+   that are nothing but the rounding of that balance, or that the rounding floors of the patches would let pass, or
+   of a turn that the quaternion has no room for, with the way of the body's outside in it, are zero instead, or they
+   would add up to a drift, or come and go in turn with the impulse that takes them back. */
 static int ecp_i_island_start(void *self, int k, ecp_real *z)
 {
     static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)};
@@ -9721,7 +9726,7 @@ static ecp_real ecp_i_depth_without(ecp_i_pair *c, ecp_real tolerance)
 {
     ecp_i_posed A, B, moved;
     ecp_real at[2][3], n[3], apart, size = ecp_i_min(c->a->shape.radius, c->b->shape.radius);
-    ecp_real limit = 4 * tolerance * size + ECP_I_EPSILON * (ecp_i_norm(c->offset) + size);
+    ecp_real limit = ecp_i_let_pass(c, tolerance);
     ecp_i_pose(c, 0, 1, &A);
     ecp_i_pose(c, 1, 1, &B);
     moved = B;
@@ -9889,17 +9894,21 @@ static ecp_real ecp_i_centring_length(const ecp_i_island *s, const ecp_real *z, 
     return 0;
 }
 
+/* A centring step comes nearer to its end by its square. One that is not half of the one before goes to and fro: below
+   this over a kink from which nothing leads away (friction at its limit that does not slip), and centring ends at
+   once; above it between two faces, or over an edge, and centring ends at the third. */
+#define ECP_I_NEAR_CENTRES ECP_R(1e-4)
+#define ECP_I_TO_AND_FRO 3
+
 /* The rule ECP_CENTRED. From a solution z: the step that stays on the solutions to first order and
    ends nearest to the centres, then Newton back on to them, until nothing moves. Returns 0 where
    that is not reached: an ECP or an impulse at its limit is in the way, or z, which stays as it was
-   then, solves the equations to a tolerance that the other does not. Large islands, which seldom reach
-   it, get fewer iterations, and no other round after one that gets no nearer. */
+   then, solves the equations to a tolerance that the other does not. */
 static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_step *step,
                         ecp_real *z, ecp_real *best, ecp_i_effort *effort)
 {
     ecp_real size, before = 0, t, most = ecp_i_max(step->o->tolerance, effort->size.largest);
-    int round, i, k, idle = 0, limit = ecp_i_is_large(p) ? 3 : 10;
-    int patience = ecp_i_is_large(p) ? 1 : 3;
+    int round, i, idle = 0;
     for (round = 0; round < 20; round++) {
         ECPSIM_MEMCPY(best, z, (size_t)p->n * sizeof(ecp_real));
         s->centring = 1;
@@ -9910,14 +9919,18 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
         step->r->centring_rounds++;
         for (i = 0, size = 0; i < s->pair_count; i++) {
             const ecp_i_pair *c = s->pairs[i];
-            for (k = 0; k < 3; k++) size = ecp_i_max(size, ecp_i_abs(p->dz[c->at + k]));
+            ecp_real way = ecp_i_largest(3, p->dz + c->at);
+            /* there is no solution that far from the primitive */
+            if (way * c->L > 4 * c->a->shape.radius) return 0;
+            size = ecp_i_max(size, way);
         }
-        /* to and fro between two faces, or over an edge */
-        if (round > 0 && 2 * size > before && ++idle >= patience) return 0;
+        if (round > 0 && 2 * size > before)
+            idle += size > ECP_I_NEAR_CENTRES ? 1 : ECP_I_TO_AND_FRO;
+        if (idle >= ECP_I_TO_AND_FRO) return 0;
         before = size;
         t = ecp_i_centring_length(s, z, p->dz);
         for (i = 0; i < p->n; i++) z[i] += t * p->dz[i];
-        if (ecp_i_newton(p, 0, step->o->tolerance, limit, 0, z, effort) &&
+        if (ecp_i_newton(p, -1, step->o->tolerance, 10, 0, z, effort) &&
             effort->size.largest <= most) {
             if (size <= ecp_i_sqrt(step->o->tolerance) / 10) return 1;
             if (!(t > 0)) return 0;
@@ -10039,11 +10052,11 @@ static ecp_real ecp_i_most_energy(const ecp_i_motion *m)
 }
 
 /* The work of the island's contacts: the sum of p . v, v at the end of the step, in units of the energy of its
-   bodies (ecp_i_most_energy), of a ten-thousandth of m vs^2 at least. The kinetic energy is that of the free
-   motion, plus this, less |dv|^2_M / 2, dv what the contacts change. Gaps close with p_n v_n <= 0 and friction opposes slip, so it is not positive, but for
-   what pushes overlaps apart (which is taken off, and what rounding and normals may miss with it) and for
-   the curvature of gaps, which is little while turns are small. If it is large the solution is another one,
-   far away: a body shot out from between two. */
+   bodies (ecp_i_most_energy), of a ten-thousandth of m vs^2 at least. The kinetic energy is that of the free motion,
+   plus this, less |dv|^2_M / 2, dv what the contacts change. Gaps close with p_n v_n <= 0 and friction opposes slip,
+   so it is not positive, but for what pushes overlaps apart (which is taken off, and what rounding and normals may
+   miss with it) and for the curvature of gaps, which is little while turns are small. If it is large the solution is
+   another one, far away: a body shot out from between two. */
 static ecp_real ecp_i_contact_work(const ecp_i_island *s, ecp_real tolerance)
 {
     ecp_real work = 0, unit = 0, speed = ecp_i_mover(s, 0)->speed, v[3];
@@ -10365,7 +10378,8 @@ static ecp_status ecp_i_solve_all(ecp_i_step *s)
             status = ecp_i_solve_island(s, i);
             if (status != ECP_OK) return status;
         }
-        ecp_i_find_touching(s);
+        status = ecp_i_find_touching(s);
+        if (status != ECP_OK) return status;
     }
     return ECP_OK;
 }
@@ -10674,7 +10688,9 @@ ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
     /* the ECP is kept on the primitive that a patch of the two calls A */
     shape_a = parts[lo].shape.kind == ECP_HALF_SPACE ? hi : lo;
     shape_b = lo + hi - shape_a;
-    if (parts[shape_a].shape.kind == ECP_HALF_SPACE || parts[lo].body == parts[hi].body) {
+    if (parts[shape_a].shape.kind == ECP_HALF_SPACE || parts[lo].body == parts[hi].body ||
+        (ecp_i_bodies(world)[parts[lo].body].kind != ECP_DYNAMIC &&
+         ecp_i_bodies(world)[parts[hi].body].kind != ECP_DYNAMIC)) {
         return ECP_BAD_KIND;
     }
     ecp_shape_get(world, shape_a, NULL, NULL, x, R);
@@ -10686,7 +10702,7 @@ ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
     if (at == world->patches || !ecp_i_patch_is(list + at, lo, hi)) {
         if (world->patches == world->desc.max_patches) return ECP_CAPACITY;
         for (i = world->patches++; i > at; i--) {
-            list[i] = list[i - 1];
+            ECPSIM_MEMCPY(list + i, list + i - 1, sizeof *list);
             ECPSIM_MEMCPY(ecp_i_multipliers(world, i), ecp_i_multipliers(world, i - 1),
                           (size_t)world->desc.max_inequalities * sizeof(ecp_real));
         }
@@ -10982,8 +10998,8 @@ static int ecp_i_phase_fits(ecp_i_advance *a, const ecp_i_phase *f)
     return fits;
 }
 
-/* Is a contact with these faces on somewhere on a face, an edge or a line of the primitive, where forces say and not the
-   pose? */
+/* Is a contact with these faces on somewhere on a face, an edge or a line of the primitive, where forces say and not
+   the pose? */
 static int ecp_i_wanders(const ecp_shape *shape, uint64_t faces)
 {
     int on = 0;
@@ -11525,7 +11541,7 @@ static ecp_real ecp_i_refresh_contacts(ecp_i_advance *a)
         ecp_i_mul(A.Q, ecp_i_patches(w)[i].a, at);
         ecp_i_axpy(at, 1, A.x, at);
         ecp_i_axpy(at, 1, ba->x, c->point_a);
-        if (c->mode != ECP_APART || c->separation < 0) c->gap = c->separation;
+        c->gap = c->separation;
         ecp_i_axpy(c->point_a, c->gap, n, c->point_b);
         ecp_i_sub(ba->x, bb->x, x);
         limit = 32 * ECP_I_EPSILON * (ecp_i_norm(x) + ecp_i_norm(at) + ecp_i_abs(B.shape->size[3]));
@@ -11737,10 +11753,10 @@ typedef enum ecp_i_outcome {
 /* ---- what a macro step would jump over: contacts that begin and end between the ends of its base steps, and
    those that base steps, which lag behind what the extrapolation makes of them, do not reach */
 
-/* The way of a primitive's body in the macro step that leads from the saved state to the world's: the cubic through the
-   poses at its ends, with its rates there (a whole macro step is the unit of time), of the centre of mass from x and of the
-   turn from q in half tangents (ecp_i_changes). Where the macro step begins with an impact, the parabola with the last
-   rate: the saved velocity is the one before. */
+/* The way of a primitive's body in the macro step that leads from the saved state to the world's: the cubic through
+   the poses at its ends, with its rates there (a whole macro step is the unit of time), of the centre of mass from x
+   and of the turn from q in half tangents (ecp_i_changes). Where the macro step begins with an impact, the parabola
+   with the last rate: the saved velocity is the one before. */
 typedef struct ecp_i_way {
     const ecp_i_part *part;
     ecp_real x[3], q[4], change[6], first[6], last[6]; /* x from some origin */
@@ -11941,7 +11957,7 @@ static ecp_real ecp_i_choose(const ecp_i_advance *a, int column, const ecp_real 
         ecp_real grow = error[j] > 0 ? ecp_i_nth_root(ECP_R(0.25) / error[j], j) : most, pace;
         grow = ECP_R(0.9) * ecp_i_min(grow, most);
         pace = a->H * grow / (ecp_real)(j * (j + 1) / 2);
-        if (j == 2 || pace > ECP_R(1.0) * best) {
+        if (j == 2 || pace > best) {
             best = pace;
             *aim = j;
             H = a->H * grow;
@@ -12067,6 +12083,7 @@ static ecp_i_outcome ecp_i_plain_step(ecp_i_advance *a, ecp_real left, ecp_statu
         if (attempt > 0) a->H = attempt < 3 ? ecp_i_min(16 * a->H, left) : left;
         ECPSIM_MEMCPY(w, a->saved, w->state_bytes);
         ecp_i_load_at(a, a->t + a->H);
+        ecp_i_velocities(w, 0, -1 / a->H, a->rate_now);
         w->printed_moment = 0;
         ecp_i_clear_report(&a->r->step);
         if (ecp_i_may(&a->step, ECP_FALLBACK_SUBSTEPS))
@@ -12079,6 +12096,7 @@ static ecp_i_outcome ecp_i_plain_step(ecp_i_advance *a, ecp_real left, ecp_statu
         if (*status != ECP_NOT_SOLVED || a->H >= left) break;
     }
     if (*status != ECP_OK) return ECP_I_UNSOLVED;
+    ecp_i_velocities(w, 1, 1 / a->H, a->rate_now);
     for (i = 0; i < w->bodies; i++) {
         if (ecp_i_moves(before + i)) {
             ecp_i_changes(ecp_i_bodies(w) + i, before + i, a->rows + 12 * i);
@@ -12123,7 +12141,7 @@ static int ecp_i_arrived(ecp_i_advance *a)
     return fits;
 }
 
-/* the lowest order that should do for a macro step of the length H, after one of the length a->H */
+/* the lowest order that should do for a macro step of the length H, after one of the length `before` */
 static int ecp_i_enough(ecp_real before, int aim, int column, const ecp_real *error, ecp_real H)
 {
     int j, k;
@@ -12159,9 +12177,9 @@ static void ecp_i_drift(ecp_i_advance *a, ecp_real time)
     a->t += time;
 }
 
-/* After a macro step with a change in it, until that is passed: where the next one should end, of the time that is left.
-   The time until the phase ahead, or until a margin is gone; H if neither is near. Returns 0 where the state allows the
-   phase ahead at once, if need be after a time that is too short for a macro step. */
+/* After a macro step with a change in it, until that is passed: where the next one should end, of the time that is
+   left. The time until the phase ahead, or until a margin is gone; H if neither is near. Returns 0 where the state
+   allows the phase ahead at once, if need be after a time that is too short for a macro step. */
 static ecp_real ecp_i_hunt(ecp_i_advance *a, ecp_real H, ecp_real least, ecp_real left)
 {
     ecp_real to = H, rate = ecp_i_fastest(a);
@@ -12303,7 +12321,10 @@ static ecp_status ecp_i_advance_paced(ecp_i_advance *a, ecp_real duration)
         }
         if (status == ECP_NOT_SOLVED) {
             /* shorter ones, at first order */
-            if (ecp_i_plain_step(a, a->H, &status) == ECP_I_PASSED) a->changed = 1;
+            if (ecp_i_plain_step(a, a->H, &status) == ECP_I_PASSED) {
+                a->changed = 1;
+                error = ecp_i_max(error, 2);
+            }
         }
         if (status != ECP_OK) return status;
         if (!a->changed) ecp_i_add_changes(a, a->rows);

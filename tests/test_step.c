@@ -1715,6 +1715,36 @@ static void test_step_rim(void)
     for (i = 0; i < 6; i++) CHECK_NEAR(end[1][i], end[0][i], 1e-9);
 }
 
+/* A table on four feet is pushed round about, too weakly to move. Where friction of a foot comes to its limit without
+   slip, centring can not get on, and sees that soon. */
+static void test_step_limit(void)
+{
+    const int steps = 160;
+    int k, i, rounds = 0;
+    ecp_world *world = test_world(NULL);
+    ecp_material m = test_material(0.5, 1, 1, 0.05);
+    ecp_shape foot;
+    ecp_report r;
+    test_ground(world, 0, 0, 1, &m);
+    CHECK(ecp_shape_cylinder(&foot, ECP_R(0.05), ECP_R(0.5)) == ECP_OK);
+    test_body(world, ECP_DYNAMIC, 10, 2, 2, 2, 0, 0, 0.7);
+    for (i = 0; i < 4; i++)
+        test_attach(world, 1, &foot, i & 1 ? 0.45 : -0.45, i & 2 ? 0.45 : -0.45, -0.2, &m);
+    for (k = 0; k < steps; k++) {
+        const double turn = 3.14159265358979 * k / 80;
+        ecp_real f[3] = {0, 0, 0};
+        f[0] = (ecp_real)(30 * sin(turn));
+        f[1] = (ecp_real)(30 * cos(turn));
+        CHECK(ecp_body_apply_force(world, 1, f, NULL) == ECP_OK);
+        CHECK(ecp_step(world, ECP_R(0.01), NULL, &r) == ECP_OK);
+        rounds += r.centring_rounds;
+    }
+    CHECK(rounds <= 3 * steps);
+    CHECK_NEAR(test_get(world, 1).x[0], 0, test_by(1e-12, 1e-6));
+    CHECK_NEAR(test_get(world, 1).x[1], 0, test_by(1e-12, 1e-6));
+    free(world);
+}
+
 /* A box slides over blocks, side by side, whose tops are one plane: over the seams as if there were none. */
 static void test_step_seams(void)
 {
@@ -2413,6 +2443,7 @@ static void test_step(void)
     test_step_units();
     test_step_direction_length();
     if (sizeof(ecp_real) == sizeof(double)) test_step_rim();
+    test_step_limit();
     test_step_seams();
     test_step_pallet();
     test_step_box_floor();

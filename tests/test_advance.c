@@ -189,6 +189,7 @@ static void advance_nested_parts(void)
     ecp_world *w = advance_scene(4, 0.5, 0, 0.06);
     ecp_options step = ecp_options_default();
     ecp_advance_options o = ecp_advance_options_default();
+    ecp_advance_report r;
     ecp_real spin[3] = {0, 3, 0}, v[3] = {1, 0, 0};
     size_t n = ecp_world_memsize(&w->desc);
     void *before = malloc(n);
@@ -201,10 +202,28 @@ static void advance_nested_parts(void)
     o.order = 2;
     o.load = advance_nested;
     o.load_user = &nested;
-    if (ecp_advance(w, ECP_R(0.5), &o, NULL) != ECP_OK) CHECK(memcmp(before, w, n) == 0);
+    if (ecp_advance(w, ECP_R(0.5), &o, &r) != ECP_OK) CHECK(memcmp(before, w, n) == 0);
     CHECK(nested > 0 && nested < 1000);
+    /* (one iteration is not enough: what only sub-steps solve) */
+    CHECK(r.status != ECP_OK || (r.forced > 0 && r.error >= 2));
     CHECK(advance_clean(w));
     free(before);
+    free(w);
+}
+
+/* A box that falls: the contact without a load that it has below has the gap and the points of the pose that was
+   reached. */
+static void advance_falls(void)
+{
+    ecp_world *w = advance_scene(4, 0.5, 0, 0.15);
+    ecp_advance_options o = ecp_advance_options_default();
+    ecp_contact c;
+    o.macro_step = ECP_R(0.0142);
+    o.order = 2;
+    CHECK(ecp_advance(w, ECP_R(0.142), &o, NULL) == ECP_OK);
+    CHECK(ecp_contact_get(w, 0, &c) == ECP_OK && c.mode == ECP_APART);
+    CHECK_NEAR(c.gap, test_get(w, 1).x[2] - 0.05, test_by(1e-15, 1e-7));
+    CHECK_NEAR(c.point_b[2], 0, test_by(1e-15, 1e-7));
     free(w);
 }
 
@@ -1157,6 +1176,7 @@ static void test_advance_section(void)
     advance_memory();
     advance_nobody();
     advance_short_of_room();
+    advance_falls();
     advance_refuses();
     advance_nested_parts();
     advance_truths();

@@ -409,7 +409,7 @@ static void test_contacts_guess(void)
     ecp_real at[3] = {0, 0, 0}, bad[3] = {0, 0, 0};
     const ecp_real turned[4] = {ECP_R(0.9), ECP_R(0.3), ECP_R(0.2), ECP_R(0.1)};
     ecp_options o = ecp_options_default();
-    int rule, side, k, box, other;
+    int rule, side, k, box, other, still;
     /* A face that hovers over the plane: any of its points may be the ECP. `nearest` takes the
        guess, `centred` the middle, and what the guess was does not show. */
     for (rule = 0; rule < 2; rule++) {
@@ -470,6 +470,8 @@ static void test_contacts_guess(void)
         test_ground(world, 0, 0, 1, &m);
         box = test_box(world, 2, 0.2, 0.3, 0.1, 0, 0, 0.1, &m);
         other = test_attach(world, box, &s, 0, 0, 0.3, &m);
+        still =
+            test_attach(world, test_body(world, ECP_STATIC, 0, 0, 0, 0, 3, 0, 0), &s, 0, 0, 0, &m);
         CHECK(ecp_body_set_state(world, box, NULL, turned, NULL, NULL) == ECP_OK);
         before = test_copy_world(world);
         bad[1] = (ecp_real)NAN;
@@ -479,10 +481,11 @@ static void test_contacts_guess(void)
         /* finite, but not as the box sees it */
         for (k = 0; k < 3; k++) bad[k] = (ecp_real)test_by(1.7e308, 3e38);
         CHECK(ecp_guess_ecp(world, 0, 1, bad) == ECP_NOT_FINITE);
-        CHECK(ecp_guess_ecp(world, 0, 3, at) == ECP_BAD_INDEX);
+        CHECK(ecp_guess_ecp(world, 0, 4, at) == ECP_BAD_INDEX);
         CHECK(ecp_guess_ecp(world, -1, 1, at) == ECP_BAD_INDEX);
         CHECK(ecp_guess_ecp(world, 1, 1, at) == ECP_BAD_INDEX);
         CHECK(ecp_guess_ecp(world, 1, other, at) == ECP_BAD_KIND); /* of one body */
+        CHECK(ecp_guess_ecp(world, 0, still, at) == ECP_BAD_KIND); /* neither moves */
         CHECK(memcmp(world, before, world->bytes) == 0);
         free(before);
         free(world);

@@ -1156,6 +1156,9 @@ static void test_shape_polytope_bad(void)
     planes[0] = ECP_R(1.00001);
     CHECK(ecp_shape_polytope(&s, planes, 6, vertices, 16) == ECP_BAD_SIZE);
     planes[0] = ECP_R(1);
+    for (int i = 0; i < 6; i++) planes[4 * i + 3] = (ecp_real)test_by(1e200, 1e30);
+    CHECK(ecp_shape_polytope(&s, planes, 6, vertices, 16) == ECP_BAD_SIZE);
+    shapes_make_box_planes(planes, lo, hi);
 
     /* unbounded: one plane; two; a slab; a corner; an open box; a prism with slanted sides */
     for (int count = 1; count < 6; count++) {
@@ -1234,6 +1237,7 @@ static void test_shape_bad_input(void)
         CHECK(ecp_shape_capsule(&s, extreme, extreme) == ECP_BAD_SIZE);
         CHECK(ecp_shape_cylinder(&s, extreme, extreme) == ECP_BAD_SIZE);
         CHECK(ecp_shape_frustum(&s, extreme, extreme / 2, extreme) == ECP_BAD_SIZE);
+        CHECK(ecp_shape_frustum(&s, one, one, extreme) == ECP_BAD_SIZE);
         CHECK(ecp_shape_box(&s, size) == ECP_BAD_SIZE);
         CHECK(ecp_shape_convex(&s, &ecp_i_box_class, 1, origin, extreme, NULL) == ECP_BAD_SIZE);
         CHECK(memcmp(&s, &before, sizeof s) == 0);

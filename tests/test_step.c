@@ -1715,6 +1715,38 @@ static void test_step_rim(void)
     for (i = 0; i < 6; i++) CHECK_NEAR(end[1][i], end[0][i], 1e-9);
 }
 
+/* Boxes, edge along edge with others, that move in on them are no patches until they overlap; where more of these turn
+   up than max_patches allows, the step is not taken. */
+static void test_step_full(void)
+{
+    int n, i;
+    for (n = 2; n <= 6; n++) {
+        ecp_world_desc d = ecp_world_desc_default();
+        ecp_world *w, *before;
+        ecp_shape box = test_box_shape(1, 1, 1);
+        const ecp_real v[3] = {-1, 0, -1};
+        ecp_report r;
+        d.max_bodies = 2 * n;
+        d.max_patches = n - 1;
+        d.gravity[2] = 0;
+        d.solver_bytes = 100000;
+        w = test_world(&d);
+        for (i = 0; i < n; i++) {
+            int body;
+            test_attach(w, test_body(w, ECP_STATIC, 0, 0, 0, 0, 0, 10 * i, 0), &box, 0, 0, 0, NULL);
+            body = test_body(w, ECP_DYNAMIC, 1, 1, 1, 1, 2, 10 * i, 2);
+            test_attach(w, body, &box, 0, 0, 0, NULL);
+            CHECK(ecp_body_set_state(w, body, NULL, NULL, v, NULL) == ECP_OK);
+        }
+        before = test_copy_world(w);
+        CHECK(ecp_step(w, ECP_R(0.1), NULL, &r) == ECP_CAPACITY);
+        CHECK(r.shape_a >= 0 && r.shape_b >= 0 && r.value > r.limit);
+        CHECK(memcmp(w, before, w->bytes) == 0);
+        free(before);
+        free(w);
+    }
+}
+
 /* A table on four feet is pushed round about, too weakly to move. Where friction of a foot comes to its limit without
    slip, centring can not get on, and sees that soon. */
 static void test_step_limit(void)
@@ -2443,6 +2475,7 @@ static void test_step(void)
     test_step_units();
     test_step_direction_length();
     if (sizeof(ecp_real) == sizeof(double)) test_step_rim();
+    test_step_full();
     test_step_limit();
     test_step_seams();
     test_step_pallet();

@@ -4088,32 +4088,25 @@ static ecp_real ecp_i_fb(ecp_real a, ecp_real b, ecp_real tau, ecp_real *da, ecp
     return value;
 }
 
-/* tangents o = N x direction normalised, t = o x N */
+/* Tangents o = N x direction normalised, t = o x N. The direction is the material's; where there is none, or the normal
+   has come to lie along it, the world axis most across the normal takes its place until it does again. */
 static void ecp_i_tangents(ecp_i_pair *c)
 {
+    int k, best = 0;
     ecp_i_cross(c->N, c->direction, c->o);
     c->c_norm = ecp_i_norm(c->o);
-    if (!(c->c_norm > 0)) c->c_norm = 1;
-    ecp_i_scale(1 / c->c_norm, c->o, c->o);
-    ecp_i_cross(c->o, c->N, c->t);
-}
-
-/* the direction that fixes the tangents: the material's, or the world axis most across the normal;
-   and these tangents */
-static void ecp_i_set_direction(ecp_i_pair *c)
-{
-    ecp_real across[3];
-    int k, best = 0;
-    ecp_i_cross(c->N, c->direction, across);
-    if (!(ecp_i_norm(across) > ECP_R(1e-3))) {
+    if (!(c->c_norm > ECP_R(1e-3))) {
         for (k = 1; k < 3; k++) {
             /* (not by rounding: contacts would change tangents from step to step) */
             if (ecp_i_abs(c->N[k]) < ecp_i_abs(c->N[best]) - ECP_R(1e-6)) best = k;
         }
         ecp_i_set3(0, 0, 0, c->direction);
         c->direction[best] = 1;
+        ecp_i_cross(c->N, c->direction, c->o);
+        c->c_norm = ecp_i_norm(c->o);
     }
-    ecp_i_tangents(c);
+    ecp_i_scale(1 / c->c_norm, c->o, c->o);
+    ecp_i_cross(c->o, c->N, c->t);
 }
 
 /* The gap of a over the half-space {x : size.x <= size[3]} at the beginning of the step; zero when it
@@ -4166,7 +4159,7 @@ static void ecp_i_pair_turn_b(ecp_i_pair *c)
     if (!ecp_i_on_plane(c)) return;
     ecp_i_mul(c->Qb, c->b->shape.size, c->N);
     ecp_i_scale(-1, c->N, c->n);
-    ecp_i_set_direction(c);
+    ecp_i_tangents(c);
 }
 
 /* What depends on the ECP a (in the frame of A) and not on the trial motion. Where a is the last one,
@@ -5487,11 +5480,10 @@ static int ecp_i_front_body(const ecp_i_front *f) { return ECP_I_PAIRS ? f->body
 #define ECP_I_SAME_FORCE ecp_i_max(64 * ECP_I_EPSILON, ECP_R(1e-12))
 #define ECP_I_SAME_MOMENTUM ecp_i_max(4 * ECP_I_EPSILON, ECP_R(1e-11))
 
-/* In a damped step a contact may be as stiff as the compliance's inverse squared, 1e12 (a tilt moves the ECP, and
-   with it the slip). Beside that the inertia of a body, 1, and of most ways to turn it must not count as nothing, or
-   the turn that it is to fix is left open, and each step leaves half of its momentum unbalanced. */
+/* Damped steps of large islands: a contact may be as stiff as the compliance's inverse squared there, 1e12 (a tilt
+   moves the ECP, and with it the slip). Beside that the inertia, 1, must not count as nothing, or the turn it is to
+   fix is left open, and each step leaves half of its momentum unbalanced. */
 #define ECP_I_SAME_DAMPED_MOMENTUM ecp_i_max(4 * ECP_I_EPSILON, ECP_R(1e-13))
-#define ECP_I_LEAST_INERTIA ECP_R(1e-2)
 
 /* what an open velocity costs in the least step, should another front need it */
 #define ECP_I_OPEN_WEIGHT ECP_R(100.0)
@@ -5551,13 +5543,11 @@ static int ecp_i_front_momentum(const ecp_i_tree *t, ecp_i_front *f, ecp_real *t
     int ld = 7 + ecp_i_width(f), free = 6 - f->rank_c, rows = 6 - f->rank_b, all = ld - f->rank_c;
     int left = f->constraints - f->rank_c, i, j;
     ecp_real *S = f->W + ld * f->rank_b + f->rank_c, size = 0;
-    ecp_real same = ECP_I_SAME_MOMENTUM;
+    ecp_real same = ECP_I_PAIRS && t->damped ? ECP_I_SAME_DAMPED_MOMENTUM : ECP_I_SAME_MOMENTUM;
     for (i = 0; i < rows; i++) {
         ecp_i_insert(f->rank_c, ld, f->R, ld, f->W + ld * (f->rank_b + i));
         size = ecp_i_max(size, ecp_i_row_size(all - 1, S + ld * i));
     }
-    if (ECP_I_PAIRS && t->damped && same * size > ECP_I_LEAST_INERTIA)
-        same = ecp_i_max(ECP_I_SAME_DAMPED_MOMENTUM, ECP_I_LEAST_INERTIA / size);
     f->size = size;
     f->rank_m = ecp_i_qr(rows, free, all, S, ld, tau, f->piv_m, same, same);
     ecp_i_solve_rows(f->rank_m, all, S, ld);
@@ -6075,7 +6065,8 @@ static ecp_i_motion *ecp_i_mover(const ecp_i_island *s, int i) { return s->motio
 
 /* From so many unknowns on (piles of 50 bodies) what follows Newton from the warm start comes in another
    order, and searches that go round in a circle are stopped. Large piles take many iterations, most of them in
-   vain; small islands other starts solve as quickly, and for one body alone nothing changes. */
+   vain; small islands other starts solve as quickly, and for one body alone nothing changes. In their damped steps
+   momentum counts by ECP_I_SAME_DAMPED_MOMENTUM. */
 #define ECP_I_LARGE 1500
 
 static int ecp_i_island_is_large(const ecp_i_island *s)
@@ -6434,7 +6425,7 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
     }
     for (i = 0; i < n; i++) dz[i] = -F[i];
     t->same = ecp_i_max(ECP_I_FINEST_CONSTRAINT, ecp_i_min(ECP_I_SAME_CONSTRAINT, fine));
-    if (ECP_I_PAIRS) t->damped = compliance > 0;
+    if (ECP_I_PAIRS) t->damped = compliance > 0 && ecp_i_island_is_large(s);
     if (!ecp_i_tree_solve(t, s->arena, ecp_i_body_count(s), s->motions, s->bodies, dz)) return 0;
     s->many = t->many > 0 || (ECP_I_ASKS_AGAIN && compliance > 0);
     return ecp_i_island_recover(s, z, dz);
@@ -9518,8 +9509,10 @@ static int ecp_i_turns_up(const ecp_i_pair *c, const ecp_i_patch *old)
 /* the last of the starts; fallbacks that a program does without need none but the warm one */
 #define ECP_I_STARTS ((ECPSIM_FALLBACKS) & ~(ECP_FALLBACK_SUBSTEPS | ECP_FALLBACK_CHORD) ? 10 : 0)
 
-/* the unknowns of a patch in start k, its impulse on the bodies, and what that may be off */
-static void ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, ecp_real *z)
+/* the unknowns of a patch in start k, its impulse on the bodies, and what that may be off; bare: without the impulses
+   of the last step */
+static void ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, int bare,
+                              ecp_real *z)
 {
     static const ecp_real none[3] = {0, 0, 0};
     const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
@@ -9538,63 +9531,75 @@ static void ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, 
             c, s->h, old && (first ? old->guess || ecp_i_on_plane(c) : s->nearest) ? old->a : NULL,
             ECP_I_FLAT, first, z + c->at);
     ecp_i_pair_geometry(c, z + c->at);
-    if (!ecp_i_on_plane(c)) ecp_i_set_direction(c);
+    if (!ecp_i_on_plane(c)) ecp_i_tangents(c);
     if (k > 6 && !first) {
         ecp_i_aside(c, k, aside);
         ecp_i_start_geometric(c, s->h, aside, ECP_I_FLAT, 0, z + c->at);
         ecp_i_pair_geometry(c, z + c->at);
         ecp_i_tangents(c);
     }
-    if (warm) ecp_i_start_impulses(s, c, z + c->at);
+    if (warm && !bare) ecp_i_start_impulses(s, c, z + c->at);
     ecp_i_pair_impulse(c, z + c->at);
     ecp_i_pair_noise(c, s->h, 2 * s->noise);
     if (ecp_i_moves_a(c)) ecp_i_wrench(c, c->ma, warm ? c->ra : none, 1);
     if (ecp_i_moves_b(c)) ecp_i_wrench(c, c->mb, warm ? c->rb : none, -1);
 }
 
+/* Contacts win no energy. A warm start in which bodies have so many times what their free motion may have holds the
+   impulses of loads that are gone since the last step: gravity, or a force that pressed bodies together. */
+#define ECP_I_TOO_FAST ECP_R(1e6)
+
 /* Start k: the patches warm (0), geometric (1), from several points each (2), geometric for the pose that a part of
    the free motion leads to (3 to 6), or geometric with the ECPs to one side (7 to 10). The warm start's velocities
    balance its impulses (a patch without a history knows its load but not where it acts, and gets no moment); those
    that are nothing but the rounding of that balance, or that the rounding floors of the patches would let pass, or
    of a turn that the quaternion has no room for, with the way of the body's outside in it, are zero instead, or they
-   would add up to a drift, or come and go in turn with the impulse that takes them back. */
+   would add up to a drift, or come and go in turn with the impulse that takes them back. Impulses of loads that are
+   gone are left out. */
 static int ecp_i_island_start(void *self, int k, ecp_real *z)
 {
     static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)};
     ecp_i_island *s = (ecp_i_island *)self;
     ecp_real dv[6];
-    int i, j, first = ECP_I_STARTS == 0 || k == 0;
+    int i, j, first = ECP_I_STARTS == 0 || k == 0, bare = -1;
+    ecp_real energy, limit;
     if (k > ECP_I_STARTS) return 0;
-    for (i = 0; i < ecp_i_body_count(s); i++) {
-        ecp_i_motion *m = ecp_i_mover(s, i);
-        ECPSIM_MEMCPY(dv, m->free, sizeof dv);
-        for (j = 0; k > 2 && k < 7 && j < 6; j++) {
-            dv[j] = parts[k - 3] * (m->body->v[j] + m->free[j]) - m->body->v[j];
-        }
-        if (!first) ecp_i_start_motion(m, dv, z + 6 * i);
-        ECPSIM_MEMSET(m->residual, 0, sizeof m->residual);
-        m->noise = m->jitter = 0;
-        ecp_i_move(m, s->h, dv);
-    }
-    for (i = 0; i < s->pair_count; i++) ecp_i_start_patch(s, s->pairs[i], k, first, z);
-    s->still = first;
-    if (k == 2) return ecp_i_start_spots(s, z);
-    for (i = 0; first && i < ecp_i_body_count(s); i++) {
-        ecp_i_motion *m = ecp_i_mover(s, i);
-        ecp_real noise = ecp_i_max(s->noise * m->speed + ecp_i_max(m->noise, m->jitter),
-                                   s->turn / s->h * m->length);
-        ecp_i_velocity_change(m, m->residual, dv);
-        for (j = 0; j < 6; j++) {
-            dv[j] = m->free[j] - dv[j];
-            if (j == 3) noise /= m->length;
-            if (ecp_i_abs(m->body->v[j] + (m->body->v_carry[j] + dv[j])) <= noise) {
-                dv[j] = -m->body->v[j] - m->body->v_carry[j];
-            } else {
-                s->still = 0;
+    do {
+        bare++;
+        energy = limit = 0;
+        for (i = 0; i < ecp_i_body_count(s); i++) {
+            ecp_i_motion *m = ecp_i_mover(s, i);
+            ECPSIM_MEMCPY(dv, m->free, sizeof dv);
+            for (j = 0; k > 2 && k < 7 && j < 6; j++) {
+                dv[j] = parts[k - 3] * (m->body->v[j] + m->free[j]) - m->body->v[j];
             }
+            if (!first) ecp_i_start_motion(m, dv, z + 6 * i);
+            ECPSIM_MEMSET(m->residual, 0, sizeof m->residual);
+            m->noise = m->jitter = 0;
+            ecp_i_move(m, s->h, dv);
         }
-        ecp_i_start_motion(m, dv, z + 6 * i);
-    }
+        for (i = 0; i < s->pair_count; i++) ecp_i_start_patch(s, s->pairs[i], k, first, bare, z);
+        s->still = first;
+        if (k == 2) return ecp_i_start_spots(s, z);
+        for (i = 0; first && i < ecp_i_body_count(s); i++) {
+            ecp_i_motion *m = ecp_i_mover(s, i);
+            ecp_real noise = ecp_i_max(s->noise * m->speed + ecp_i_max(m->noise, m->jitter),
+                                       s->turn / s->h * m->length);
+            ecp_i_velocity_change(m, m->residual, dv);
+            for (j = 0; j < 6; j++) {
+                dv[j] = m->free[j] - dv[j];
+                if (j == 3) noise /= m->length;
+                if (ecp_i_abs(m->body->v[j] + (m->body->v_carry[j] + dv[j])) <= noise) {
+                    dv[j] = -m->body->v[j] - m->body->v_carry[j];
+                } else {
+                    s->still = 0;
+                }
+            }
+            ecp_i_start_motion(m, dv, z + 6 * i);
+            for (j = 0; j < 6; j++) energy += m->mass * z[6 * i + j] * z[6 * i + j];
+            limit += ECP_I_TOO_FAST * m->mass;
+        }
+    } while (energy > limit && bare == 0);
     return first && !s->still ? 1 : 2;
 }
 

@@ -983,7 +983,7 @@ static void elimination_touch_point(ecp_i_pair *c, const elimination_face *face,
         p[0] = ECP_R(equations_between(0.5, 1.5));
     }
     ecp_i_pair_evaluate(c, y, h);
-    ecp_i_set_direction(c);
+    ecp_i_tangents(c);
     q = equations_project(c, y, h);
     if (c->nf == 0) return;
     radius = (double)c->mu * (double)p[0];
@@ -1525,7 +1525,7 @@ static double elimination_twice(double speed, double *rows)
         y[3] = ecp_i_dot(n, c->ga) / ecp_i_dot(c->ga, c->ga);
         y[ecp_i_at_p(c)] = 1;
         ecp_i_pair_evaluate(c, y, e->s.h);
-        ecp_i_set_direction(c);
+        ecp_i_tangents(c);
         q = equations_project(c, y, e->s.h);
         for (i = 0; i < 2; i++) y[ecp_i_at_p(c) + 1 + i] = -q.z[i];
     }

@@ -326,7 +326,7 @@ static int equations_try(ecp_i_pair *c, ecp_real *y, ecp_real h, int all_active,
     ecp_i_pair_evaluate(c, y, h);
     size = (double)ecp_i_norm(c->n);
     if (size < 0.3 || size > 3) return 0;
-    ecp_i_set_direction(c);
+    ecp_i_tangents(c);
     ecp_i_pair_evaluate(c, y, h);
     /* a half-space's normal does not change with the unknowns */
     if (c->nf && (double)c->c_norm < (c->plane ? 0.01 : 0.4) * size) return 0;

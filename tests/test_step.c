@@ -1747,6 +1747,78 @@ static void test_step_full(void)
     }
 }
 
+/* A ball that lies on the edge of a box, with an oblique normal, is thrown on to its top face: within the step the normal
+   comes to lie along the direction that fixed the tangents, the material's or none. Friction is there all the same, and
+   the same. */
+static void test_step_along(void)
+{
+    static const double along[4][3] = {{0, 0, 1}, {1e-9, 0, 1}, {1, 0, 0}, {0, 0, 0}};
+    int k, i;
+    double first[3] = {0};
+    for (k = 0; k < 4; k++) {
+        const ecp_real v[3] = {6, 0, -2};
+        ecp_world *world = test_world(NULL);
+        ecp_material m = test_material(0.5, 1, 1, 0);
+        ecp_shape ball, box = test_box_shape(1, 1, 0.5);
+        ecp_report r;
+        ecp_contact c;
+        test_state now;
+        for (i = 0; i < 3; i++) m.direction[i] = (ecp_real)along[k][i];
+        test_attach(world, test_body(world, ECP_STATIC, 0, 0, 0, 0, 0, 0, -0.5), &box, 0, 0, 0, &m);
+        m = test_material(0.5, 1, 1, 0);
+        CHECK(ecp_shape_sphere(&ball, ECP_R(0.05)) == ECP_OK);
+        test_body(world, ECP_DYNAMIC, 1, 0.001, 0.001, 0.001, -1.025, 0, 0.0433012701892);
+        test_attach(world, 1, &ball, 0, 0, 0, &m);
+        CHECK(ecp_step(world, ECP_R(0.001), NULL, &r) == ECP_OK);
+        CHECK(ecp_body_set_state(world, 1, NULL, NULL, v, NULL) == ECP_OK);
+        CHECK(ecp_step(world, ECP_R(0.02), NULL, &r) == ECP_OK);
+        CHECK(ecp_contact_get(world, 0, &c) == ECP_OK && c.p_n > 1);
+        CHECK_NEAR(ecp_i_norm(c.direction_t), 1, test_by(1e-14, 1e-6));
+        CHECK_NEAR(ecp_i_norm(c.direction_o), 1, test_by(1e-14, 1e-6));
+        CHECK_NEAR(sqrt((double)(c.p_t * c.p_t + c.p_o * c.p_o)), 0.5 * (double)c.p_n,
+                   test_by(1e-11, 1e-4));
+        now = test_get(world, 1);
+        for (i = 0; i < 3; i++) {
+            if (k == 0) first[i] = now.v[i];
+            CHECK_NEAR(now.v[i], first[i], test_by(1e-9, 1e-3));
+        }
+        free(world);
+    }
+}
+
+/* Loads that were borne and are gone: a stack on the floor and a ball in the corner by it, without gravity from one
+   step to the next. Nothing moves, and no impulse is left. */
+static void test_step_unloaded(void)
+{
+    const ecp_real none[3] = {0, 0, 0}, aside[3] = {ECP_R(1.4), 0, ECP_R(-9.8)};
+    ecp_material m = test_material(0.5, 1, 1, 0.05);
+    ecp_world *world = test_world(NULL);
+    ecp_shape ball;
+    ecp_report r;
+    ecp_contact c;
+    test_state before[3];
+    int k, i;
+    test_ground(world, 0, 0, 1, &m);
+    test_ground(world, -1, 0, 0, &m);
+    CHECK(ecp_shape_sphere(&ball, ECP_R(0.1)) == ECP_OK);
+    for (k = 0; k < 2; k++) test_box(world, 2, 0.2, 0.2, 0.1, -0.6, 0, 0.1 + 0.2 * k, &m);
+    test_attach(world, test_body(world, ECP_DYNAMIC, 1, 0.004, 0.004, 0.004, -0.1, 0, 0.1), &ball,
+                0, 0, 0, &m);
+    CHECK(ecp_world_set_gravity(world, aside) == ECP_OK);
+    for (k = 0; k < 60; k++) CHECK(ecp_step(world, ECP_R(1.0 / 60), NULL, NULL) == ECP_OK);
+    CHECK(ecp_world_set_gravity(world, none) == ECP_OK);
+    for (k = 0; k < 3; k++) before[k] = test_get(world, 2 + k);
+    CHECK(ecp_step(world, ECP_R(1.0 / 60), NULL, &r) == ECP_OK);
+    CHECK(r.iterations == 0);
+    for (k = 0; k < ecp_contact_count(world); k++)
+        CHECK(ecp_contact_get(world, k, &c) == ECP_OK && !(c.p_n > 0));
+    for (k = 0; k < 3; k++) {
+        const test_state now = test_get(world, 2 + k);
+        for (i = 0; i < 3; i++) CHECK_NEAR(now.x[i], before[k].x[i], 0);
+    }
+    free(world);
+}
+
 /* A table on four feet is pushed round about, too weakly to move. Where friction of a foot comes to its limit without
    slip, centring can not get on, and sees that soon. */
 static void test_step_limit(void)
@@ -2476,6 +2548,8 @@ static void test_step(void)
     test_step_direction_length();
     if (sizeof(ecp_real) == sizeof(double)) test_step_rim();
     test_step_full();
+    test_step_along();
+    test_step_unloaded();
     test_step_limit();
     test_step_seams();
     test_step_pallet();

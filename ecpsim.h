@@ -109,17 +109,17 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 58,696.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 58,800.
 
-       ECPSIM_NO_PAIRS     23,372  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     23,288  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   4,152  contacts are smooth, whatever the materials say
-       ECPSIM_NO_SLEEP      1,540  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   1,392  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     8,656  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
+       ECPSIM_NO_FRICTION   4,088  contacts are smooth, whatever the materials say
+       ECPSIM_NO_SLEEP      1,516  options.sleep = 1 is ECP_BAD_OPTION
+       ECPSIM_NO_CENTRING   1,400  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS     8,732  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
                                    nothing is said). Options that ask for others are ECP_BAD_OPTION.
-                                   5,020 if it is ECP_FALLBACK_GEOMETRIC; without
-                                   ECP_FALLBACK_SUBSTEPS 1,868 and the work memory for a second state
+                                   5,052 if it is ECP_FALLBACK_GEOMETRIC; without
+                                   ECP_FALLBACK_SUBSTEPS 1,828 and the work memory for a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
@@ -8348,7 +8348,7 @@ static void ecp_i_carve_step(ecp_i_arena *arena, int bodies, int shapes, int pat
     ecp_i_carve_broad(arena, shapes, &s->broad);
     if (ECP_I_PAIRS)
         s->corner = (ecp_i_corner *)ecp_i_take(arena, (size_t)patches, sizeof(ecp_i_corner));
-    s->bodies = ecp_i_take_ints(arena, bodies + 2 * patches);
+    s->bodies = ecp_i_take_ints(arena, bodies + 2 * patches + 2);
     if (!s->bodies || !s->margins) return;
     s->reaches = s->margins + shapes;
     s->extra = s->bodies + bodies;
@@ -8927,65 +8927,66 @@ static int ecp_i_strayed(const ecp_i_step *s, int i)
     return s->h * (ecp_i_norm(off) + s->reaches[i] * ecp_i_norm(m->v + 3)) > s->margins[i];
 }
 
-/* Adds a pair to the extra ones if the two overlap at the end of the step. There may be as many as patches. */
-static ecp_status ecp_i_try_extra(ecp_i_step *s, ecp_i_pair *c, int i, int j, const ecp_real *along)
+/* Adds a pair to the extra ones. One more than there may be patches is enough for ecp_i_find_pairs to see that they are
+   too many. */
+static void ecp_i_add_extra(ecp_i_step *s, int i, int j)
 {
-    int most = s->w->desc.max_patches;
-    if (!ecp_i_pair_bind(s, i, j, c) || !ecp_i_touching(s, c, along)) return ECP_OK;
-    if (s->extras == most)
-        return ecp_i_fail(s->r, ECP_CAPACITY, -1, i, j, (ecp_real)most + 1, (ecp_real)most);
+    if (s->extras > s->w->desc.max_patches) return;
     s->extra[2 * s->extras] = i;
     s->extra[2 * s->extras++ + 1] = j;
-    return ECP_OK;
 }
 
-/* adds the corners that were left out but overlap at the end of the step; c: room for a pair */
-static ecp_status ecp_i_find_corners(ecp_i_step *s, ecp_i_pair *c)
+/* adds the corners that were left out but overlap at the end of the step */
+static void ecp_i_find_corners(ecp_i_step *s)
 {
-    ecp_status status = ECP_OK;
+    size_t mark = s->arena.used;
+    ecp_i_pair *c;
     int k;
-    for (k = 0; k < s->corners && status == ECP_OK; k++) {
+    if (s->corners == 0) return;
+    c = (ecp_i_pair *)ecp_i_take(&s->arena, 1, sizeof(ecp_i_pair));
+    ECPSIM_ASSERT(c);
+    for (k = 0; k < s->corners; k++) {
         const ecp_i_corner *corner = s->corner + k;
-        status = ecp_i_try_extra(s, c, corner->i, corner->j, corner->n);
+        if (ecp_i_pair_bind(s, corner->i, corner->j, c) && ecp_i_touching(s, c, corner->n))
+            ecp_i_add_extra(s, corner->i, corner->j);
     }
-    return status;
+    ecp_i_release(&s->arena, mark, s->arena.top);
 }
 
 /* adds all pairs that were left out but overlap at the end of the step to the extra ones */
-static ecp_status ecp_i_find_touching(ecp_i_step *s)
+static void ecp_i_find_touching(ecp_i_step *s)
 {
     const ecp_i_part *parts = ecp_i_parts(s->w);
     ecp_i_broad *b = &s->broad;
     ecp_i_pair *c;
-    ecp_status status = ECP_OK;
     size_t mark = s->arena.used;
     int i, j, k, found, strayed = 0, shapes = s->w->shapes;
     for (i = 0; i < shapes && !strayed; i++) {
         if (parts[i].body == ECP_I_FREE) continue;
         strayed = ecp_i_strayed(s, i);
     }
-    if (!strayed && (!ECP_I_PAIRS || s->corners == 0)) return ECP_OK;
-    c = (ecp_i_pair *)ecp_i_take(&s->arena, 1, sizeof(ecp_i_pair));
-    ECPSIM_ASSERT(c);
-    if (ECP_I_PAIRS) status = ecp_i_find_corners(s, c);
-    for (i = 0; ECP_I_PAIRS && strayed && i < shapes; i++) {
+    if (ECP_I_PAIRS) ecp_i_find_corners(s);
+    if (!strayed) return;
+    for (i = 0; ECP_I_PAIRS && i < shapes; i++) {
         if (parts[i].body == ECP_I_FREE) continue;
         ecp_i_part_box(parts + i, s->motions + parts[i].body, 1, 0, b->boxes + i);
     }
-    if (ECP_I_PAIRS && strayed) ecp_i_broad_build(b, parts, shapes);
-    for (i = 0; strayed && i < shapes; i++) {
+    if (ECP_I_PAIRS) ecp_i_broad_build(b, parts, shapes);
+    c = (ecp_i_pair *)ecp_i_take(&s->arena, 1, sizeof(ecp_i_pair));
+    ECPSIM_ASSERT(c);
+    for (i = 0; i < shapes; i++) {
         if (parts[i].body == ECP_I_FREE || parts[i].shape.kind == ECP_HALF_SPACE) continue;
         if (!ecp_i_strayed(s, i)) continue;
         found = ecp_i_candidates(b, parts, shapes, i, -1);
-        for (k = 0; k < found && status == ECP_OK; k++) {
+        for (k = 0; k < found; k++) {
             int lo = i < b->hits[k] ? i : b->hits[k];
             j = i + b->hits[k] - lo;
             if (ecp_i_is_in(s, lo, j) || ecp_i_is_extra(s, lo, j)) continue;
-            status = ecp_i_try_extra(s, c, lo, j, NULL);
+            if (ecp_i_pair_bind(s, lo, j, c) && ecp_i_touching(s, c, NULL))
+                ecp_i_add_extra(s, lo, j);
         }
     }
     ecp_i_release(&s->arena, mark, s->arena.top);
-    return status;
 }
 
 /* pairs of primitives that could make a patch if they were near each other, without filters; INT_MAX if there are
@@ -9561,12 +9562,11 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
     static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)};
     ecp_i_island *s = (ecp_i_island *)self;
     ecp_real dv[6];
-    int i, j, first = ECP_I_STARTS == 0 || k == 0, bare = -1;
-    ecp_real energy, limit;
+    int i, j, first = ECP_I_STARTS == 0 || k == 0, bare = 0;
+    ecp_real energy;
     if (k > ECP_I_STARTS) return 0;
     do {
-        bare++;
-        energy = limit = 0;
+        energy = 0;
         for (i = 0; i < ecp_i_body_count(s); i++) {
             ecp_i_motion *m = ecp_i_mover(s, i);
             ECPSIM_MEMCPY(dv, m->free, sizeof dv);
@@ -9596,10 +9596,10 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
                 }
             }
             ecp_i_start_motion(m, dv, z + 6 * i);
-            for (j = 0; j < 6; j++) energy += m->mass * z[6 * i + j] * z[6 * i + j];
-            limit += ECP_I_TOO_FAST * m->mass;
+            energy += m->mass * (ecp_i_dot(z + 6 * i, z + 6 * i) - ECP_I_TOO_FAST) +
+                      m->mass * ecp_i_dot(z + 6 * i + 3, z + 6 * i + 3);
         }
-    } while (energy > limit && bare == 0);
+    } while (energy > 0 && !bare++);
     return first && !s->still ? 1 : 2;
 }
 
@@ -10383,8 +10383,7 @@ static ecp_status ecp_i_solve_all(ecp_i_step *s)
             status = ecp_i_solve_island(s, i);
             if (status != ECP_OK) return status;
         }
-        status = ecp_i_find_touching(s);
-        if (status != ECP_OK) return status;
+        ecp_i_find_touching(s);
     }
     return ECP_OK;
 }

@@ -827,7 +827,9 @@ typedef struct ecp_report {
 /* Advances the world by h seconds: predicts, solves the equations of the paper for all bodies and
    patches together, verifies by support functions that nothing penetrates, and commits. options may
    be NULL (the defaults), report may be NULL. On any status but ECP_OK the whole block is bit for
-   bit as it was. */
+   bit as it was. Bodies move by h times their velocity at the end
+   of the step, up to the rounding of the gaps between them: the velocities that are kept balance the
+   impulses. */
 ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *options,
                             ecp_report *report);
 

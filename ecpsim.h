@@ -9563,9 +9563,8 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
 {
     static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)};
     ecp_i_island *s = (ecp_i_island *)self;
-    ecp_real dv[6];
+    ecp_real dv[6], spin[3], energy;
     int i, j, first = ECP_I_STARTS == 0 || k == 0, bare = 0;
-    ecp_real energy;
     if (k > ECP_I_STARTS) return 0;
     do {
         energy = 0;
@@ -9598,8 +9597,9 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
                 }
             }
             ecp_i_start_motion(m, dv, z + 6 * i);
-            energy += m->mass * (ecp_i_dot(z + 6 * i, z + 6 * i) - ECP_I_TOO_FAST) +
-                      m->mass * ecp_i_dot(z + 6 * i + 3, z + 6 * i + 3);
+            ecp_i_mul(m->inertia, dv + 3, spin);
+            energy += m->mass * (ecp_i_dot(dv, dv) - ECP_I_TOO_FAST * m->speed * m->speed) +
+                      ecp_i_dot(dv + 3, spin);
         }
     } while (energy > 0 && !bare++);
     return first && !s->still ? 1 : 2;

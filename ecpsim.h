@@ -827,9 +827,8 @@ typedef struct ecp_report {
 /* Advances the world by h seconds: predicts, solves the equations of the paper for all bodies and
    patches together, verifies by support functions that nothing penetrates, and commits. options may
    be NULL (the defaults), report may be NULL. On any status but ECP_OK the whole block is bit for
-   bit as it was. Bodies move by h times their velocity at the end
-   of the step, up to the rounding of the gaps between them: the velocities that are kept balance the
-   impulses. */
+   bit as it was. Bodies move by h times their velocity at the end of the step, up to the rounding of the
+   gaps between them: the velocities that are kept balance the impulses. */
 ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *options,
                             ecp_report *report);
 
@@ -4090,8 +4089,9 @@ static ecp_real ecp_i_fb(ecp_real a, ecp_real b, ecp_real tau, ecp_real *da, ecp
     return value;
 }
 
-/* Tangents o = N x direction normalised, t = o x N. The direction is the material's; where there is none, or the normal
-   has come to lie along it, the world axis most across the normal takes its place until it does again. */
+/* Tangents o = N x direction normalised, t = o x N. The direction is the material's; where there is none, or
+   the normal has come to lie along it, the world axis most across the normal takes its place for the rest of the
+   step. */
 static void ecp_i_tangents(ecp_i_pair *c)
 {
     int k, best = 0;

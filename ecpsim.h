@@ -6066,9 +6066,9 @@ static int ecp_i_body_count(const ecp_i_island *s) { return ECP_I_PAIRS ? s->bod
 static ecp_i_motion *ecp_i_mover(const ecp_i_island *s, int i) { return s->motions + s->bodies[i]; }
 
 /* From so many unknowns on (piles of 50 bodies) what follows Newton from the warm start comes in another
-   order, and searches that go round in a circle are stopped. Large piles take many iterations, most of them in
-   vain; small islands other starts solve as quickly, and for one body alone nothing changes. In their damped steps
-   momentum counts by ECP_I_SAME_DAMPED_MOMENTUM. */
+   order, searches that go round in a circle are stopped, and centring is given up earlier. Large piles take
+   many iterations, most of them in vain; small islands other starts solve as quickly, and for one body
+   alone nothing changes. In their damped steps momentum counts by ECP_I_SAME_DAMPED_MOMENTUM. */
 #define ECP_I_LARGE 1500
 
 static int ecp_i_island_is_large(const ecp_i_island *s)
@@ -6759,8 +6759,7 @@ static void ecp_i_repeat(const ecp_i_problem *p, ecp_real before, ecp_real toler
    iteration does not halve the residual (friction that the floor grants gets one more, to go from sticking to
    slipping): what one step misses is missed again by the warm start of the next, and adds up. Well below it an
    iteration that makes things worse is not taken. A start that is well below the tolerance is left as it is if
-   `warm` says so, one in which nothing moves (warm = 2, so nothing adds up) if it is below. From beside a
-   solution (warm = -1) no step is damped: what is not near then is not that solution. */
+   `warm` says so, one in which nothing moves (warm = 2, so nothing adds up) if it is below. */
 static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, int limit,
                         ecp_real relax, ecp_real *z, ecp_i_effort *effort)
 {
@@ -6772,8 +6771,8 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     ecp_i_evaluate(p, z, relax, effort);
     if (ecp_i_at_rounding(now, tolerance)) return 1;
     enough = warm > 1 ? tolerance : ecp_i_content(tolerance);
-    if (warm > 0 && now->error <= enough && (!ECP_I_FRICTION || now->friction <= enough)) return 1;
-    if (warm > 0) ecp_i_better_start(p, z, effort);
+    if (warm && now->error <= enough && (!ECP_I_FRICTION || now->friction <= enough)) return 1;
+    if (warm) ecp_i_better_start(p, z, effort);
     for (k = 0; k < ECP_I_MEMORY; k++) s.merits[k] = ecp_i_merit(p->n, p->F);
     s.merit = lowest.merit = s.merits[0];
     lowest.age = 0;
@@ -6794,7 +6793,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
         if (!(t > 0)) {
             /* back to the last point; it may be one that will do */
             ecp_i_evaluate(p, z, relax, effort);
-            if (above <= tolerance || s.compliance >= ECP_I_MOST_COMPLIANCE || warm < 0)
+            if (above <= tolerance || s.compliance >= ECP_I_MOST_COMPLIANCE)
                 return above <= tolerance;
             if (!(s.compliance > 0) || above >= ECP_I_STALLED || strides++ >= ECP_I_STRIDES) {
                 int times = (ecp_i_is_large(p) ? 2 : 1) * ECP_I_DAMPED_LIMIT;
@@ -9910,12 +9909,13 @@ static ecp_real ecp_i_centring_length(const ecp_i_island *s, const ecp_real *z, 
 /* The rule ECP_CENTRED. From a solution z: the step that stays on the solutions to first order and
    ends nearest to the centres, then Newton back on to them, until nothing moves. Returns 0 where
    that is not reached: an ECP or an impulse at its limit is in the way, or z, which stays as it was
-   then, solves the equations to a tolerance that the other does not. */
+   then, solves the equations to a tolerance that the other does not. Large islands, which seldom reach
+   it, get fewer iterations, and no other round after one that gets no nearer. */
 static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_step *step,
                         ecp_real *z, ecp_real *best, ecp_i_effort *effort)
 {
     ecp_real size, before = 0, t, most = ecp_i_max(step->o->tolerance, effort->size.largest);
-    int round, i, idle = 0;
+    int round, i, idle = 0, large = ecp_i_is_large(p);
     for (round = 0; round < 20; round++) {
         ECPSIM_MEMCPY(best, z, (size_t)p->n * sizeof(ecp_real));
         s->centring = 1;
@@ -9932,12 +9932,12 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
             size = ecp_i_max(size, way);
         }
         if (round > 0 && 2 * size > before)
-            idle += size > ECP_I_NEAR_CENTRES ? 1 : ECP_I_TO_AND_FRO;
+            idle += size > ECP_I_NEAR_CENTRES && !large ? 1 : ECP_I_TO_AND_FRO;
         if (idle >= ECP_I_TO_AND_FRO) return 0;
         before = size;
         t = ecp_i_centring_length(s, z, p->dz);
         for (i = 0; i < p->n; i++) z[i] += t * p->dz[i];
-        if (ecp_i_newton(p, -1, step->o->tolerance, 10, 0, z, effort) &&
+        if (ecp_i_newton(p, 0, step->o->tolerance, large ? 3 : 10, 0, z, effort) &&
             effort->size.largest <= most) {
             if (size <= ecp_i_sqrt(step->o->tolerance) / 10) return 1;
             if (!(t > 0)) return 0;

@@ -109,14 +109,14 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 58,804.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 58,816.
 
-       ECPSIM_NO_PAIRS     23,288  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     23,304  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   4,132  contacts are smooth, whatever the materials say
+       ECPSIM_NO_FRICTION   4,076  contacts are smooth, whatever the materials say
        ECPSIM_NO_SLEEP      1,500  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   1,396  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     8,680  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
+       ECPSIM_NO_CENTRING   1,404  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS     8,692  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
                                    nothing is said). Options that ask for others are ECP_BAD_OPTION.
                                    5,024 if it is ECP_FALLBACK_GEOMETRIC; without
                                    ECP_FALLBACK_SUBSTEPS 1,808 and the work memory for a second state
@@ -9551,56 +9551,69 @@ static void ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, 
    impulses of loads that are gone since the last step: gravity, or a force that pressed bodies together. */
 #define ECP_I_TOO_FAST ECP_R(1e6)
 
-/* Start k: the patches warm (0), geometric (1), from several points each (2), geometric for the pose that a part of
-   the free motion leads to (3 to 6), or geometric with the ECPs to one side (7 to 10). The warm start's velocities
-   balance its impulses (a patch without a history knows its load but not where it acts, and gets no moment); those
-   that are nothing but the rounding of that balance, or that the rounding floors of the patches would let pass, or
-   of a turn that the quaternion has no room for, with the way of the body's outside in it, are zero instead, or they
-   would add up to a drift, or come and go in turn with the impulse that takes them back. Impulses of loads that are
-   gone are left out. */
-static int ecp_i_island_start(void *self, int k, ecp_real *z)
+/* The velocities that balance the impulses of a warm start; those that are nothing but the rounding of that balance, or
+   that the rounding floors of the patches would let pass, or of a turn that the quaternion has no room for, with the
+   way of the body's outside in it, are zero instead, or they would add up to a drift, or come and go in turn with the
+   impulse that takes them back. Returns 0 if these impulses are of loads that are gone. */
+static int ecp_i_balance_start(ecp_i_island *s, ecp_real *z)
+{
+    ecp_real dv[6], spin[3], excess = 0;
+    int i, j;
+    for (i = 0; i < ecp_i_body_count(s); i++) {
+        ecp_i_motion *m = ecp_i_mover(s, i);
+        ecp_real noise = ecp_i_max(s->noise * m->speed + ecp_i_max(m->noise, m->jitter),
+                                   s->turn / s->h * m->length);
+        ecp_i_velocity_change(m, m->residual, dv);
+        for (j = 0; j < 6; j++) {
+            dv[j] = m->free[j] - dv[j];
+            if (j == 3) noise /= m->length;
+            if (ecp_i_abs(m->body->v[j] + (m->body->v_carry[j] + dv[j])) <= noise) {
+                dv[j] = -m->body->v[j] - m->body->v_carry[j];
+            } else {
+                s->still = 0;
+            }
+        }
+        ecp_i_start_motion(m, dv, z + 6 * i);
+        ecp_i_mul(m->inertia, dv + 3, spin);
+        excess += m->mass * (ecp_i_dot(dv, dv) - ECP_I_TOO_FAST * m->speed * m->speed) +
+                  ecp_i_dot(dv + 3, spin);
+    }
+    return !(excess > 0);
+}
+
+/* All patches and free motions of a start; bare: without the impulses of the last step. */
+static void ecp_i_start_all(ecp_i_island *s, int k, int first, int bare, ecp_real *z)
 {
     static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)};
+    ecp_real dv[6];
+    int i, j;
+    for (i = 0; i < ecp_i_body_count(s); i++) {
+        ecp_i_motion *m = ecp_i_mover(s, i);
+        ECPSIM_MEMCPY(dv, m->free, sizeof dv);
+        for (j = 0; k > 2 && k < 7 && j < 6; j++) {
+            dv[j] = parts[k - 3] * (m->body->v[j] + m->free[j]) - m->body->v[j];
+        }
+        if (!first) ecp_i_start_motion(m, dv, z + 6 * i);
+        ECPSIM_MEMSET(m->residual, 0, sizeof m->residual);
+        m->noise = m->jitter = 0;
+        ecp_i_move(m, s->h, dv);
+    }
+    for (i = 0; i < s->pair_count; i++) ecp_i_start_patch(s, s->pairs[i], k, first, bare, z);
+    s->still = first;
+}
+
+/* Start k: the patches warm (0), geometric (1), from several points each (2), geometric for the pose that a part of
+   the free motion leads to (3 to 6), or geometric with the ECPs to one side (7 to 10). The warm start's velocities
+   balance its impulses (a patch without a history knows its load but not where it acts, and gets no moment). */
+static int ecp_i_island_start(void *self, int k, ecp_real *z)
+{
     ecp_i_island *s = (ecp_i_island *)self;
-    ecp_real dv[6], spin[3], energy;
-    int i, j, first = ECP_I_STARTS == 0 || k == 0, bare = 0;
+    int first = ECP_I_STARTS == 0 || k == 0, bare = 0;
     if (k > ECP_I_STARTS) return 0;
     do {
-        energy = 0;
-        for (i = 0; i < ecp_i_body_count(s); i++) {
-            ecp_i_motion *m = ecp_i_mover(s, i);
-            ECPSIM_MEMCPY(dv, m->free, sizeof dv);
-            for (j = 0; k > 2 && k < 7 && j < 6; j++) {
-                dv[j] = parts[k - 3] * (m->body->v[j] + m->free[j]) - m->body->v[j];
-            }
-            if (!first) ecp_i_start_motion(m, dv, z + 6 * i);
-            ECPSIM_MEMSET(m->residual, 0, sizeof m->residual);
-            m->noise = m->jitter = 0;
-            ecp_i_move(m, s->h, dv);
-        }
-        for (i = 0; i < s->pair_count; i++) ecp_i_start_patch(s, s->pairs[i], k, first, bare, z);
-        s->still = first;
+        ecp_i_start_all(s, k, first, bare, z);
         if (k == 2) return ecp_i_start_spots(s, z);
-        for (i = 0; first && i < ecp_i_body_count(s); i++) {
-            ecp_i_motion *m = ecp_i_mover(s, i);
-            ecp_real noise = ecp_i_max(s->noise * m->speed + ecp_i_max(m->noise, m->jitter),
-                                       s->turn / s->h * m->length);
-            ecp_i_velocity_change(m, m->residual, dv);
-            for (j = 0; j < 6; j++) {
-                dv[j] = m->free[j] - dv[j];
-                if (j == 3) noise /= m->length;
-                if (ecp_i_abs(m->body->v[j] + (m->body->v_carry[j] + dv[j])) <= noise) {
-                    dv[j] = -m->body->v[j] - m->body->v_carry[j];
-                } else {
-                    s->still = 0;
-                }
-            }
-            ecp_i_start_motion(m, dv, z + 6 * i);
-            ecp_i_mul(m->inertia, dv + 3, spin);
-            energy += m->mass * (ecp_i_dot(dv, dv) - ECP_I_TOO_FAST * m->speed * m->speed) +
-                      ecp_i_dot(dv + 3, spin);
-        }
-    } while (energy > 0 && !bare++);
+    } while (first && !ecp_i_balance_start(s, z) && !bare++);
     return first && !s->still ? 1 : 2;
 }
 

@@ -746,6 +746,7 @@ enum {
                                       what the step moves the points in contact, over h, and not
                                       by velocities at its end (they differ by h w^2 r / 2): for
                                       bodies that hold each other and turn, often the only way.
+                                      Again after them, for a solution whose contacts win energy.
                                       ecp_printed_residual is not small then */
     ECP_FALLBACK_WORKING_SET = 64  /* only the pairs with half-spaces and those that carried
                                       something in the last step, then those as well that overlap
@@ -3954,6 +3955,11 @@ typedef struct ecp_i_side_b {
     int *active_b;
     ecp_real rb2[3], b_local[3]; /* a2, from B's centre of mass and in the frame of B */
     ecp_real Hb[9];
+    ecp_real along[3]; /* fixes the tangents at the normal that there is */
+    int axis;          /* which one that is, if it stands in for the direction; or -1 */
+    /* both at the point of the last Newton step */
+    ecp_real last_t[3], last_o[3];
+    int last_axis;
     int bears;      /* takes a share of the load to start with */
     int set;        /* where the patch is in the working set (ecp_i_island_gather) */
     ecp_real depth; /* how deep the two are in each other at the last solution without it */
@@ -4006,7 +4012,7 @@ typedef struct ecp_i_pair {
     ecp_real cone[3];                /* sum l_i grad f_i, frame of A */
     ecp_real Qa[9], Qb[9];           /* primitive to world */
     ecp_real n[3], N[3], t[3], o[3]; /* world */
-    ecp_real c_norm;                 /* |N x direction| */
+    ecp_real c_norm;                 /* |N x along| */
     ecp_real turned[3];              /* what the turn of A adds to ra0 */
     ecp_real ra[3], rb[3];           /* from the centres of mass to a */
     ecp_real d;
@@ -4089,23 +4095,36 @@ static ecp_real ecp_i_fb(ecp_real a, ecp_real b, ecp_real tau, ecp_real *da, ecp
     return value;
 }
 
-/* Tangents o = N x direction normalised, t = o x N. The direction is the material's; where there is none, or
-   the normal has come to lie along it, the world axis most across the normal takes its place for the rest of the
-   step. */
+/* Tangents o = N x along normalised, t = o x N. They are fixed by the material's direction; where there is none, by
+   the world axis most across the first normal of the step. Where the normal comes to lie along that, the axis most
+   across it stands in. So within a step they depend on nothing but the normal: what an unknown means does not depend
+   on the points that have been tried before. */
 static void ecp_i_tangents(ecp_i_pair *c)
 {
-    int k, best = 0;
-    ecp_i_cross(c->N, c->direction, c->o);
+    ecp_real *along = c->direction; /* (the normal of a half-space stays what it is) */
+    int k, axis = -1;
+    if (!ecp_i_on_plane(c)) {
+        along = c->on_b->along;
+        ecp_i_copy3(c->direction, along);
+    }
+    ecp_i_cross(c->N, along, c->o);
     c->c_norm = ecp_i_norm(c->o);
-    if (!(c->c_norm > ECP_R(1e-3))) {
-        for (k = 1; k < 3; k++) {
+    if (!(c->c_norm > ECP_R(1e-3) * ecp_i_norm(c->N))) {
+        for (k = 1, axis = 0; k < 3; k++) {
             /* (not by rounding: contacts would change tangents from step to step) */
-            if (ecp_i_abs(c->N[k]) < ecp_i_abs(c->N[best]) - ECP_R(1e-6)) best = k;
+            if (ecp_i_abs(c->N[k]) < ecp_i_abs(c->N[axis]) - ECP_R(1e-6)) axis = k;
         }
-        ecp_i_set3(0, 0, 0, c->direction);
-        c->direction[best] = 1;
-        ecp_i_cross(c->N, c->direction, c->o);
+        ecp_i_set3(0, 0, 0, along);
+        along[axis] = 1;
+        ecp_i_cross(c->N, along, c->o);
         c->c_norm = ecp_i_norm(c->o);
+    }
+    if (!ecp_i_on_plane(c)) {
+        if (ecp_i_is_zero(c->direction)) {
+            ecp_i_copy3(along, c->direction);
+            axis = -1;
+        }
+        c->on_b->axis = axis;
     }
     ecp_i_scale(1 / c->c_norm, c->o, c->o);
     ecp_i_cross(c->o, c->N, c->t);
@@ -4604,7 +4623,7 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i
     }
     if (turns) ecp_i_scale(-1, t->n, dN);
     if (turns && ecp_i_nf(c) > 0) {
-        ecp_i_cross(dN, c->direction, d_o);
+        ecp_i_cross(dN, c->on_b->along, d_o);
         ecp_i_axpy(d_o, -ecp_i_dot(c->o, d_o), c->o, d_o);
         ecp_i_scale(1 / c->c_norm, d_o, d_o);
         ecp_i_cross(d_o, c->N, dt);
@@ -6402,6 +6421,35 @@ static int ecp_i_island_recover(const ecp_i_island *s, const ecp_real *z, ecp_re
     return ecp_i_all_finite(s->unknowns, dz);
 }
 
+/* the tangents at the point of a Newton step */
+static void ecp_i_note_tangents(const ecp_i_pair *c)
+{
+    if (ecp_i_on_plane(c)) return;
+    ecp_i_copy3(c->t, c->on_b->last_t);
+    ecp_i_copy3(c->o, c->on_b->last_o);
+    c->on_b->last_axis = c->on_b->axis;
+}
+
+/* Friction is written along tangents, and z, the point of the last residual, may have others than the point of the last
+   Newton step (ecp_i_tangents): the same friction along those. */
+static int ecp_i_island_turn(void *self, ecp_real *z)
+{
+    const ecp_i_island *s = (const ecp_i_island *)self;
+    ecp_real friction[3];
+    int i, turned = 0;
+    for (i = 0; ECP_I_PAIRS && i < s->pair_count; i++) {
+        const ecp_i_pair *c = s->pairs[i];
+        ecp_real *y = z + c->at + ecp_i_at_p(c) + 1;
+        if (ecp_i_nf(c) == 0 || ecp_i_on_plane(c) || c->on_b->axis == c->on_b->last_axis) continue;
+        ecp_i_scale(c->e[0] * y[0], c->on_b->last_t, friction);
+        ecp_i_axpy(friction, c->e[1] * y[1], c->on_b->last_o, friction);
+        y[0] = ecp_i_dot(friction, c->t) / c->e[0];
+        y[1] = ecp_i_dot(friction, c->o) / c->e[1];
+        turned++;
+    }
+    return turned;
+}
+
 /* The Newton step at the point of the last residual. With a compliance the gap, the slip and the tilt of
    a contact give way to the change of its impulse and its pressure centre, so that none of these can
    become large for the sake of a small residual. Returns 0 if the step is not finite, or if the memory
@@ -6418,6 +6466,7 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         c->compliance = compliance;
+        ecp_i_note_tangents(c);
         ecp_i_block_condense(c, z + c->at, ECP_I_CENTRING && s->centring);
         ecp_i_carve_block(s->arena, c->ny, ecp_i_moves_a(c) + ecp_i_moves_b(c), c);
         if (s->arena->overflow) return 0;
@@ -6442,6 +6491,7 @@ static int ecp_i_island_again(void *self, const ecp_real *z, const ecp_real *F, 
     if (n < 12) return 0;
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
+        ecp_i_note_tangents(c);
         if (!ecp_i_block_again(c, z + c->at, F + c->at, s->h, ecp_i_normal_floor(s, c), dz + c->at))
             return 0;
     }
@@ -6468,6 +6518,9 @@ typedef struct ecp_i_problem {
        down to which equations are to be told apart. compliance: damps it, 0: not at all */
     int (*step)(void *self, const ecp_real *z, const ecp_real *F, ecp_real fine,
                 ecp_real compliance, ecp_real *dz);
+    /* where unknowns at the z of the last residual mean something else than where the last Newton step was made: the
+       same as they meant there, in the new terms. Returns how many these are. NULL: none */
+    int (*turn)(void *self, ecp_real *z);
     /* the same with the derivative of the last one, that was made near by; 0: none. NULL: never */
     int (*again)(void *self, const ecp_real *z, const ecp_real *F, ecp_real *dz);
     /* the k-th start (0: warm, 1 and 2: geometric, then disturbed ones); 0: no more. Of the warm one 2 says
@@ -6621,6 +6674,8 @@ static void ecp_i_try(const ecp_i_problem *p, const ecp_real *z, ecp_real t, ecp
     int i;
     for (i = 0; i < p->n; i++) p->trial[i] = z[i] + t * p->dz[i];
     ecp_i_evaluate(p, p->trial, relax, effort);
+    if (ECP_I_PAIRS && ECP_I_FRICTION && p->turn && p->turn(p->self, p->trial) > 0)
+        ecp_i_evaluate(p, p->trial, relax, effort);
     s->merit = ecp_i_merit(p->n, p->F);
 }
 
@@ -7168,6 +7223,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     p.residual = ecp_i_mcp_residual;
     p.step = ecp_i_mcp_step;
     p.again = NULL;
+    p.turn = NULL;
     p.start = ecp_i_mcp_start;
     p.repair = NULL;
     if (ECP_I_PAIRS) p.gather = NULL;
@@ -10016,8 +10072,9 @@ static void ecp_i_record(ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp
     if (ecp_i_nf(c) == 0) ecp_i_tangents(c);
     ecp_i_copy3(c->t, k->direction_t);
     ecp_i_copy3(c->o, k->direction_o);
-    /* of p_n and d one is zero: the larger one, in its unit, says which */
-    if (!(c->p[0] > c->d / (h * c->V))) return;
+    /* of p_n and d one is zero: the larger one, in its unit, says which (both may be below zero, by rounding and what
+       gaps are granted) */
+    if (!(c->p[0] > ecp_i_max(0, c->d / (h * c->V)))) return;
     k->p_n = c->P * c->p[0];
     k->mode = ECP_SLIP;
     if (ecp_i_nf(c) == 0) return;
@@ -10186,6 +10243,7 @@ static void ecp_i_island_problem(ecp_i_island *s, ecp_real *const *vectors, ecp_
     p->residual = ecp_i_island_residual;
     p->step = ecp_i_island_step;
     p->again = ECP_I_PAIRS ? ecp_i_island_again : NULL;
+    p->turn = ECP_I_PAIRS ? ecp_i_island_turn : NULL;
     p->start = ecp_i_island_start;
     if (ECP_I_PAIRS) p->gather = NULL;
     if (ECP_I_PAIRS && ((ECPSIM_FALLBACKS)&ECP_FALLBACK_WORKING_SET) != 0)
@@ -10228,15 +10286,20 @@ static void ecp_i_island_balance(const ecp_i_island *s)
     }
 }
 
+/* In options.fallbacks of a step that is solved once more: along the chord from the first start on. */
+#define ECP_I_CHORD_FIRST 0x4000
+
 /* The whole chain: in float first with normals held to rounding, and if that finds nothing with the tolerance alone;
    last along the chord of the step. */
 static int ecp_i_solve_equations(ecp_i_island *s, const ecp_i_problem *p, const ecp_options *o,
                                  ecp_real *z, ecp_i_effort *effort)
 {
-    int solved;
-    do {
-        solved = ecp_i_solve(p, o, z, effort);
-    } while (!solved && ECP_I_STRICT_NORMALS && !s->loose++);
+    int solved = 0;
+    if (!((ECPSIM_FALLBACKS)&ECP_FALLBACK_CHORD) || !(o->fallbacks & ECP_I_CHORD_FIRST)) {
+        do {
+            solved = ecp_i_solve(p, o, z, effort);
+        } while (!solved && ECP_I_STRICT_NORMALS && !s->loose++);
+    }
     if (!solved && ECP_I_FRICTION && ecp_i_may(o, ECP_FALLBACK_CHORD) && !ecp_i_in_haste(p)) {
         effort->fallbacks |= ECP_FALLBACK_CHORD;
         s->chord = s->h;
@@ -10282,6 +10345,14 @@ static ecp_status ecp_i_judge(const ecp_i_step *step, const ecp_i_island *s,
     return ECP_OK;
 }
 
+/* What a patch has of an impulse that its record does not show, so little that it is granted, its bodies do not keep
+   (ecp_i_island_balance). */
+static void ecp_i_drop_impulse(const ecp_i_pair *c)
+{
+    if (ecp_i_moves_a(c)) ecp_i_wrench(c, c->ma, c->ra, -1);
+    if (ecp_i_moves_b(c)) ecp_i_wrench(c, c->mb, c->rb, 1);
+}
+
 /* the records of the island's patches, from its solution z, but for those left out; centred: 1, 0 if the bound on
    iterations ended the centring or there was none, -1 if it was in vain */
 static void ecp_i_record_island(ecp_i_step *step, ecp_i_island *s, const ecp_real *z, int label,
@@ -10292,6 +10363,7 @@ static void ecp_i_record_island(ecp_i_step *step, ecp_i_island *s, const ecp_rea
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         ecp_i_record(c, z + c->at, s->h, step->o);
+        if (ECP_I_PAIRS && !(c->record->contact.p_n > 0)) ecp_i_drop_impulse(c);
         if (centred <= 0) c->record->centred = centred;
         if (!ECP_I_FRICTION) continue;
         step->r->worst_cone = ecp_i_max(step->r->worst_cone, ecp_i_cone_violation(c));
@@ -10309,6 +10381,9 @@ static int ecp_i_on_a_rim(const ecp_i_island *s, const ecp_real *z, ecp_real tin
         if (!(z[c->at + ecp_i_at_p(c)] > tiny)) continue;
         for (j = 0; j < c->nl; j++) {
             if (c->fa[j] > -tiny * c->L && z[c->at + 3 + j] <= tiny) return 1;
+        }
+        for (j = 0; j < ecp_i_nm(c); j++) {
+            if (c->on_b->fb[j] > -tiny * c->L && z[c->at + ecp_i_at_m(c) + j] <= tiny) return 1;
         }
     }
     return 0;
@@ -10599,8 +10674,9 @@ static ecp_status ecp_i_take_parts(ecp_world *world, ecp_real h, const ecp_optio
 }
 
 /* A step that has failed, in parts; if it was given up early (cut) first in haste, then whole with all
-   fallbacks. If there is no way but by contacts that do work they may: in the whole step, or else in parts
-   again. The state before is kept at the end of the block. */
+   fallbacks. If there is no way but by contacts that do work, the whole step along the chord: what spins in a wedge may
+   be held there, where the printed slip only lets it be shot out. If that is none either contacts may do work: in the
+   whole step, or else in parts again. The state before is kept at the end of the block. */
 static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_options *o,
                                       size_t spare, int cut, ecp_report *r)
 {
@@ -10608,24 +10684,26 @@ static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_op
                   *saved = block + world->bytes - spare - world->state_bytes;
     size_t bytes = world->state_bytes;
     const ecp_i_body *before = (const ecp_i_body *)(void *)(saved + world->bodies_at);
-    ecp_options lenient = *o;
+    ecp_options lenient = *o, chord = *o;
     ecp_status status = ECP_NOT_SOLVED;
     int k, last = 2, works = ecp_i_works(o, r);
     lenient.fallbacks &= ~ECP_FALLBACK_SUBSTEPS;
+    chord.fallbacks |= ECP_I_CHORD_FIRST;
     ECPSIM_MEMCPY(saved, block, bytes);
     r->fallbacks |= ECP_FALLBACK_SUBSTEPS;
     for (k = cut ? 0 : 2; k <= last && status == ECP_NOT_SOLVED; k++) {
-        const ecp_options *way = k > 2 ? &lenient : o;
+        const ecp_options *way = k > 3 ? &lenient : k == 3 ? &chord : o;
+        if (k == 3 && !(ECP_I_FRICTION && ecp_i_may(o, ECP_FALLBACK_CHORD))) continue;
         ECPSIM_MEMCPY(block, saved, bytes);
         r->substeps = 1;
-        if (k == 1 || k == 3) {
+        if (k == 1 || k == 3 || k == 4) {
             status = ecp_i_step_once(world, h, way, bytes + spare, NULL, r);
             works |= ecp_i_works(way, r);
         } else {
             status = ecp_i_take_parts(world, h, way, bytes + spare, k == 0, before, &works, r);
         }
         if (k == 2 && works) {
-            last = 4;
+            last = 5;
             works = 0;
         }
         if (ecp_i_effort_after(o, r->iterations).most == 0) break;

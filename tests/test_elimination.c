@@ -316,6 +316,8 @@ static void elimination_pair(elimination_island *e, int shape_a, int shape_b)
     CHECK(e->pair_count < ELIMINATION_PAIRS);
     CHECK(ecp_i_pair_bind(&step, shape_a, shape_b, c));
     ecp_i_pair_setup(c, -1);
+    /* with tangents along edges ranks are clear most often, as what is judged by them needs */
+    ecp_i_set3(1, 0, 0, c->direction);
     ecp_i_carve_pair(&e->arena, c->nl, c->nm, c);
     e->pair_count++;
 }

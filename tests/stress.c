@@ -14,7 +14,8 @@
      gain          most energy won in a step, in relation to m v^2 + I w^2 + m g size, where no load
                    acts. The explicit gyroscopic term wins some at h w near 1
      own           worst error of the family's own truth, if it has one (impulses, creep, drift)
-     missed        steps deeper than 1e-9, cases that miss their own truth's bar
+     missed        steps deeper than 1e-9, or in which bodies go elsewhere than their velocities (whole
+                   steps), or a contact pulls or leaves its cone; cases that miss their own truth's bar
 
    Exit status 1: a bar is missed. In float only unsolved steps count, more than one in 10^6. */
 #define ECPSIM_IMPLEMENTATION
@@ -40,10 +41,10 @@ typedef struct trial {
     int overlapping; /* energy balance only from the first solved step on */
     int endless;     /* fallbacks of the second half may not outnumber those of the first */
     void (*drive)(struct trial *t, int step);
-    double (*truth)(struct trial *t, int step); /* the family's own error after a step */
-    double bar;                                 /* and the most that it may be, in double */
-    ecp_body_desc body[MOST_BODIES];            /* as added; kind 0: static */
-    double size[MOST_BODIES];
+    double (*truth)(struct trial *t, int step);       /* the family's own error after a step */
+    double bar;                                       /* and the most that it may be, in double */
+    ecp_body_desc body[MOST_BODIES];                  /* as added; kind 0: static */
+    double size[MOST_BODIES], before[MOST_BODIES][3]; /* where they were before the step */
     double energy, energy_scale;
 } trial;
 
@@ -1171,7 +1172,67 @@ static void unsolved(const family *f, const trial *t, int step, const ecp_report
     complain(f, t, step, sum, text);
 }
 
-/* what is true after a solved step: nothing penetrates, no energy is won, the family's own */
+static void remember(trial *t)
+{
+    int i, k;
+    for (i = 0; i < ecp_world_body_count(t->s.world); i++) {
+        ecp_real x[3];
+        must(ecp_body_get_state(t->s.world, i, x, NULL, NULL, NULL));
+        for (k = 0; k < 3; k++) t->before[i][k] = (double)x[k];
+    }
+}
+
+/* how far bodies have gone elsewhere than h v, in relation to what they are held to, their sizes and their ways */
+static double strayed(const trial *t)
+{
+    double worst = 0;
+    int i, k;
+    for (i = 0; i < ecp_world_body_count(t->s.world); i++) {
+        ecp_real x[3], v[3];
+        double off = 0, way = 0, far = 0;
+        if (t->body[i].kind != ECP_DYNAMIC) continue;
+        must(ecp_body_get_state(t->s.world, i, x, NULL, v, NULL));
+        for (k = 0; k < 3; k++) {
+            off = fmax(off, fabs((double)x[k] - t->before[i][k] - t->h * (double)v[k]));
+            way = fmax(way, fabs(t->h * (double)v[k]));
+            far = fmax(far, fabs((double)x[k]));
+        }
+        /* a position is rounded */
+        off -= 4 * (double)ECP_I_EPSILON * far;
+        worst = fmax(worst, off / (t->size[i] + way));
+    }
+    return worst;
+}
+
+/* the worst contact: 1 if it pulls, or how far it leaves its cone, in relation to the largest impulse or momentum */
+static double unlawful(const trial *t)
+{
+    double worst = 0, most = 0;
+    int i;
+    for (i = 0; i < ecp_world_body_count(t->s.world); i++) {
+        const ecp_body_desc *d = t->body + i;
+        ecp_real v[3];
+        if (d->kind != ECP_DYNAMIC) continue;
+        must(ecp_body_get_state(t->s.world, i, NULL, NULL, v, NULL));
+        most = fmax(most,
+                    (double)d->mass * fmax(fabs((double)v[0]), hypot((double)v[1], (double)v[2])));
+        most = fmax(most, (double)d->mass * t->h * hypot(t->s.g[0], hypot(t->s.g[1], t->s.g[2])));
+    }
+    for (i = 0; i < ecp_contact_count(t->s.world); i++) {
+        ecp_contact c;
+        double size;
+        must(ecp_contact_get(t->s.world, i, &c));
+        if (c.p_n < 0) return 1;
+        most = fmax(most, (double)c.p_n);
+        size = hypot((double)(c.p_t / c.e_t), (double)(c.p_o / c.e_o));
+        if (c.e_r > 0) size = hypot(size, (double)(c.p_r / c.e_r));
+        worst = fmax(worst, size - (double)(c.mu * c.p_n));
+    }
+    return most > 0 ? worst / most : worst;
+}
+
+/* what is true after a solved step: nothing penetrates, no energy is won, bodies go where their velocities say, contacts
+   push within their cones, the family's own */
 static void measure(const family *f, trial *t, int step, const ecp_report *r, distance_set *set,
                     tally *sum)
 {
@@ -1186,6 +1247,16 @@ static void measure(const family *f, trial *t, int step, const ecp_report *r, di
         sum->missed++;
         snprintf(text, sizeof text, "shapes %d and %d overlap by %.3e of their size", worst.a,
                  worst.b, -worst.relative);
+        complain(f, t, step, sum, text);
+    }
+    if (in_double && scene_advance_order == 0 && r->substeps == 1 && !(strayed(t) <= 1e-9)) {
+        sum->missed++;
+        snprintf(text, sizeof text, "x - x0 - h v is %.3e of a body's size", strayed(t));
+        complain(f, t, step, sum, text);
+    }
+    if (in_double && scene_advance_order == 0 && !(unlawful(t) <= 1e-9)) {
+        sum->missed++;
+        snprintf(text, sizeof text, "a contact pulls or leaves its cone by %.3e", unlawful(t));
         complain(f, t, step, sum, text);
     }
 }
@@ -1288,6 +1359,7 @@ static void run_case(const family *f, int number, int full, int traced, tally *s
         ecp_report r;
         if (step % 4096 == 0) progress(f, number, full ? f->full : f->quick, step);
         if (t->drive) t->drive(t, step);
+        remember(t);
         go_on(t, &r);
         sum->steps++;
         count_report(&r, sum);
@@ -1322,12 +1394,12 @@ static void add_tally(const tally *row, tally *sum)
 
 static void print_row(const family *f, const tally *r)
 {
-    printf("%-9s %5ld %8ld %8ld %6ld %7ld %6ld %6ld %6ld %6ld %6ld %8.1e %8.1e %8.1e %8.1e %7.2f %5d "
-           "%6ld\n",
-           f->name, r->cases, r->steps, r->unsolved, r->by[6], r->by[0], r->by[1], r->by[2], r->by[3],
-           r->by[5], r->by[4], r->depth, r->residual, r->gain, r->own,
-           r->steps ? (double)r->iterations / (double)r->steps : 0.0, r->most_iterations,
-           r->missed);
+    printf(
+        "%-9s %5ld %8ld %8ld %6ld %7ld %6ld %6ld %6ld %6ld %6ld %8.1e %8.1e %8.1e %8.1e %7.2f %5d "
+        "%6ld\n",
+        f->name, r->cases, r->steps, r->unsolved, r->by[6], r->by[0], r->by[1], r->by[2], r->by[3],
+        r->by[5], r->by[4], r->depth, r->residual, r->gain, r->own,
+        r->steps ? (double)r->iterations / (double)r->steps : 0.0, r->most_iterations, r->missed);
     fflush(stdout);
 }
 
@@ -1345,8 +1417,9 @@ int main(int argc, char **argv)
         return 2;
     }
     printf("%-9s %5s %8s %8s %6s %7s %6s %6s %6s %6s %6s %8s %8s %8s %8s %7s %5s %6s\n",
-           in_double ? "double" : "float", "cases", "steps", "unsolved", "set", "geom", "cont", "multi",
-           "load", "chord", "sub", "depth", "residual", "gain", "own", "newton", "most", "missed");
+           in_double ? "double" : "float", "cases", "steps", "unsolved", "set", "geom", "cont",
+           "multi", "load", "chord", "sub", "depth", "residual", "gain", "own", "newton", "most",
+           "missed");
     for (i = 0; i < count; i++) {
         const family *f = families + i;
         const int alone = f->apart == 1 || (f->apart == 2 && advance);

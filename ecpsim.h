@@ -659,7 +659,8 @@ ECP_DEF ecp_status ecp_body_remove(ecp_world *world, int body);
    contact without friction against turning on the spot, face on face too. Where e_t differs from e_o,
    e_t holds along `direction`, a vector of the primitive's frame projected on the contact plane
    (without one: along some axis of the world); the primitive that has a direction (not zero) gives
-   it, the one of lower index if both have. It is taken where the step begins. */
+   it, the one of lower index if both have. It is taken where the step begins; along a normal that it
+   is within 1e-3 of it means nothing, and an axis of the world takes its place. */
 typedef struct ecp_material {
     ecp_real mu;
     ecp_real e_t, e_o, e_r;

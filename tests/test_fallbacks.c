@@ -209,8 +209,8 @@ static void test_fallbacks_heavy(void)
     }
 }
 
-/* What rolls in a groove with friction of 0.9 is shot out with 80,000 times its energy by all solutions that are found for
-   the printed slip, in parts as well. Along the chord it is held. */
+/* What rolls in a groove with friction of 0.9 is shot out at hundreds of m/s by all solutions that are found for the
+   printed slip, in parts as well. Along the chord it is held. */
 static void test_fallbacks_wedge(void)
 {
     ecp_world *w = NULL;

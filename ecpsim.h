@@ -896,7 +896,8 @@ ECP_DEF ecp_status ecp_dump(const ecp_world *world, ecp_real h, const ecp_option
 /* Called before every base step with the world in its state there, and the time at the step's end: applies the loads
    (ecp_body_apply_force, ecp_body_apply_torque), and sets the velocities of kinematic bodies. It must be a function
    of both alone, as base steps are repeated; ecp_step and ecp_advance are ECP_BAD_OPTION there, and no impulses
-   belong there: they would act in every base step. It is seen at these times only: what comes and goes between two
+   belong there: they would act in every base step. Nor may bodies and shapes be added or removed there, as the world
+   goes back to states without them. It is seen at these times only: what comes and goes between two
    of them is not there. While little moves they are seconds apart, so give a load that varies a longest_step, of a
    fraction of what it takes. */
 typedef void (*ecp_load)(void *user, ecp_world *world, ecp_real time);
@@ -1013,7 +1014,8 @@ ECP_DEF size_t ecp_mcp_memsize(int n, int m);
 
 /* Solves the problem from the start in z, and leaves the solution there. options (tolerance: of the
    largest component of the Fischer-Burmeister residual; NULL: the defaults) and report may be NULL.
-   If it is not solved, z is as it was. mem: ecp_mcp_memsize(n, m) bytes, aligned to 8. */
+   If it is not solved, z is as it was. The report is written if the status is ECP_OK or
+   ECP_NOT_SOLVED. mem: ecp_mcp_memsize(n, m) bytes, aligned to 8. */
 ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *options, ecp_real *z,
                                  void *mem, size_t bytes, ecp_mcp_report *report);
 

@@ -46,7 +46,7 @@ int main(void)
     int failed = 0;
     if (!mem) return 1;
     for (int i = 0; i < 8; i++) {
-        ecp_mcp_report report;
+        ecp_mcp_report report = {0, 0, 0, 0, 0};
         ecp_real x[4];
         memcpy(x, starts[i], sizeof x);
         ecp_status status = ecp_mcp_solve(&problem, NULL, x, mem, bytes, &report);

@@ -1216,6 +1216,8 @@ static double unlawful(const trial *t)
         must(ecp_body_get_state(t->s.world, i, NULL, NULL, v, NULL));
         most = fmax(most,
                     (double)d->mass * fmax(fabs((double)v[0]), hypot((double)v[1], (double)v[2])));
+        /* (a rounding unit of its size in a step is a billionth of this) */
+        most = fmax(most, (double)d->mass * 1e-6 * t->size[i] / t->h);
         most = fmax(most, (double)d->mass * t->h * hypot(t->s.g[0], hypot(t->s.g[1], t->s.g[2])));
     }
     for (i = 0; i < ecp_contact_count(t->s.world); i++) {

@@ -109,17 +109,17 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 58,816.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 59,368.
 
-       ECPSIM_NO_PAIRS     23,304  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     23,784  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   4,076  contacts are smooth, whatever the materials say
-       ECPSIM_NO_SLEEP      1,500  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   1,404  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     8,692  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
+       ECPSIM_NO_FRICTION   4,288  contacts are smooth, whatever the materials say
+       ECPSIM_NO_SLEEP      1,488  options.sleep = 1 is ECP_BAD_OPTION
+       ECPSIM_NO_CENTRING   1,496  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS     8,760  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
                                    nothing is said). Options that ask for others are ECP_BAD_OPTION.
-                                   5,024 if it is ECP_FALLBACK_GEOMETRIC; without
-                                   ECP_FALLBACK_SUBSTEPS 1,808 and the work memory for a second state
+                                   5,072 if it is ECP_FALLBACK_GEOMETRIC; without
+                                   ECP_FALLBACK_SUBSTEPS 1,852 and the work memory for a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
@@ -896,9 +896,9 @@ ECP_DEF ecp_status ecp_dump(const ecp_world *world, ecp_real h, const ecp_option
 /* Called before every base step with the world in its state there, and the time at the step's end: applies the loads
    (ecp_body_apply_force, ecp_body_apply_torque), and sets the velocities of kinematic bodies. It must be a function
    of both alone, as base steps are repeated; ecp_step and ecp_advance are ECP_BAD_OPTION there, and no impulses
-   belong there: they would act in every base step. Nor may bodies and shapes be added or removed there, as the world
-   goes back to states without them. It is seen at these times only: what comes and goes between two
-   of them is not there. While little moves they are seconds apart, so give a load that varies a longest_step, of a
+   belong there: they would act in every base step. Nor may bodies and shapes be added or removed there, as the
+   world goes back to states without them. It is seen at these times only: what comes and goes between two of them
+   is not there. While little moves they are seconds apart, so give a load that varies a longest_step, of a
    fraction of what it takes. */
 typedef void (*ecp_load)(void *user, ecp_world *world, ecp_real time);
 
@@ -3960,7 +3960,7 @@ typedef struct ecp_i_side_b {
     ecp_real Hb[9];
     ecp_real along[3]; /* fixes the tangents at the normal that there is */
     int axis;          /* which one that is, if it stands in for the direction; or -1 */
-    /* both at the point of the last Newton step */
+    /* the tangents, and that axis, at the point of the last Newton step */
     ecp_real last_t[3], last_o[3];
     int last_axis;
     int bears;      /* takes a share of the load to start with */
@@ -6424,7 +6424,7 @@ static int ecp_i_island_recover(const ecp_i_island *s, const ecp_real *z, ecp_re
     return ecp_i_all_finite(s->unknowns, dz);
 }
 
-/* the tangents at the point of a Newton step */
+/* what ecp_i_island_turn compares a trial point with: the tangents where the Newton step to it is made */
 static void ecp_i_note_tangents(const ecp_i_pair *c)
 {
     if (ecp_i_on_plane(c)) return;

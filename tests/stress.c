@@ -1233,8 +1233,8 @@ static double unlawful(const trial *t)
     return most > 0 ? worst / most : worst;
 }
 
-/* what is true after a solved step: nothing penetrates, no energy is won, bodies go where their velocities say, contacts
-   push within their cones, the family's own */
+/* what is true after a solved step: nothing penetrates, no energy is won, bodies go where their velocities
+   say, contacts push within their cones, the family's own */
 static void measure(const family *f, trial *t, int step, const ecp_report *r, distance_set *set,
                     tally *sum)
 {

@@ -679,7 +679,8 @@ ECP_DEF ecp_status ecp_body_add_shape(ecp_world *world, int body, const ecp_shap
                                       const ecp_real position[3], const ecp_real rotation[4],
                                       const ecp_material *material, int *shape_index);
 
-/* A body's state; every pointer may be NULL. In set, NULL keeps what is there. Setting the velocity
+/* A body's state; every pointer may be NULL. In set, NULL keeps what is there, and so do values that get has given,
+   to the last bit: they leave a sleeping body asleep. Setting the velocity
    of a kinematic body is how it is driven; a static body takes a pose only. Bodies that are put into
    each other are parted in the next step and fly on with depth / h each, which adds up along a row. */
 ECP_DEF ecp_status ecp_body_get_state(const ecp_world *world, int body, ecp_real position[3],
@@ -895,11 +896,10 @@ ECP_DEF ecp_status ecp_dump(const ecp_world *world, ecp_real h, const ecp_option
 
 /* Called before every base step with the world in its state there, and the time at the step's end: applies the loads
    (ecp_body_apply_force, ecp_body_apply_torque), and sets the velocities of kinematic bodies. It must be a function
-   of both alone, as base steps are repeated; ecp_step and ecp_advance are ECP_BAD_OPTION there, and no impulses
-   belong there: they would act in every base step. Nor may bodies and shapes be added or removed there, as the
-   world goes back to states without them. It is seen at these times only: what comes and goes between two of them
-   is not there. While little moves they are seconds apart, so give a load that varies a longest_step, of a
-   fraction of what it takes. */
+   of both alone, as base steps are repeated, and no impulses belong there: they would act in every base step.
+   ecp_step, ecp_advance and what adds or removes bodies and shapes are ECP_BAD_OPTION there. It is seen at these
+   times only: what comes and goes between two of them is not there. While little moves they are seconds apart, so
+   give a load that varies a longest_step, of a fraction of what it takes. */
 typedef void (*ecp_load)(void *user, ecp_world *world, ecp_real time);
 
 typedef struct ecp_advance_options {
@@ -1155,7 +1155,7 @@ static int ecp_i_all_finite(int n, const ecp_real *x)
 ECP_DEF int ecp_arithmetic(void)
 {
     /* what compilers must take from memory they can not work out beforehand */
-    volatile ecp_real in[9] = {1, ECP_I_EPSILON, ECP_I_SMALLEST, 3, 10, 2, 0, 0, 0}, out[2];
+    volatile ecp_real in[9] = {1, ECP_I_EPSILON, ECP_I_SMALLEST, 3, 10, 2, 0, 0, 0}, out[3];
     ecp_real one = in[0], eps = in[1], smallest = in[2], three = in[3], ten = in[4], two = in[5];
     ecp_real below = one - eps, above = one + eps, nan;
     int flags = 0;
@@ -1182,9 +1182,12 @@ ECP_DEF int ecp_arithmetic(void)
     if (!(flags & (ECP_ARITHMETIC_EXCESS | ECP_ARITHMETIC_ROUNDING)) && above * below - one != 0) {
         flags |= ECP_ARITHMETIC_CONTRACTED;
     }
+    /* three of them: fewer are not worth a reciprocal to compilers that may take one */
     out[0] = one / three;
     out[1] = ten / three;
-    if (out[0] != ECP_R(1) / ECP_R(3) || out[1] != ECP_R(10) / ECP_R(3)) {
+    out[2] = two / three;
+    if (out[0] != ECP_R(1) / ECP_R(3) || out[1] != ECP_R(10) / ECP_R(3) ||
+        out[2] != ECP_R(2) / ECP_R(3)) {
         flags |= ECP_ARITHMETIC_INEXACT;
     }
     out[0] = ecp_i_sqrt(two);
@@ -3138,7 +3141,7 @@ struct ecp_world {
     int lowest_body, lowest_shape; /* no index below is free */
     ecp_real last_h;               /* of the last step, for which the patches' impulses are */
     ecp_i_asked asked;             /* of the last step, zero if that knew no sleep */
-    int printed_moment;            /* within ecp_advance: the gyroscopic moment is always p_vp's */
+    int advancing; /* within ecp_advance: bodies stay, and the gyroscopic moment is always p_vp's */
     size_t bodies_at, parts_at, patches_at, multipliers_at, state_bytes, bytes;
 };
 
@@ -3408,6 +3411,7 @@ ECP_DEF ecp_status ecp_body_add(ecp_world *world, const ecp_body_desc *desc, int
         status = ecp_i_check_inertia(desc->inertia);
         if (status != ECP_OK) return status;
     }
+    if (world->advancing) return ECP_BAD_OPTION;
     at = ecp_i_next_body(world);
     if (at >= world->desc.max_bodies) return ECP_CAPACITY;
     b = ecp_i_bodies(world) + at;
@@ -3467,6 +3471,7 @@ ECP_DEF ecp_status ecp_body_remove(ecp_world *world, int body)
     if (!world) return ECP_BAD_POINTER;
     b = ecp_i_find_body(world, body);
     if (!b) return ECP_BAD_INDEX;
+    if (world->advancing) return ECP_BAD_OPTION;
     ECPSIM_MEMSET(b, 0, sizeof *b);
     b->kind = ECP_I_FREE;
     if (body < world->lowest_body) world->lowest_body = body;
@@ -3550,6 +3555,7 @@ ECP_DEF ecp_status ecp_body_add_shape(ecp_world *world, int body, const ecp_shap
     if (material) m = *material;
     status = ecp_i_check_material(&m);
     if (status != ECP_OK) return status;
+    if (world->advancing) return ECP_BAD_OPTION;
     at = ecp_i_next_part(world);
     if (at >= world->desc.max_shapes || shape->inequalities > world->desc.max_inequalities) {
         return ECP_CAPACITY;
@@ -3588,12 +3594,23 @@ ECP_DEF ecp_status ecp_body_get_state(const ecp_world *world, int body, ecp_real
     return ECP_OK;
 }
 
+/* A vector from outside in the place of one with a carry; 0 if there is none, or the one that was read: that leaves
+   the carry, which nobody can read. */
+static int ecp_i_put3(const ecp_real *from, ecp_real *to, ecp_real *carry)
+{
+    if (!from || ecp_i_equal(from, to)) return 0;
+    ecp_i_copy3(from, to);
+    ecp_i_set3(0, 0, 0, carry);
+    return 1;
+}
+
 ECP_DEF ecp_status ecp_body_set_state(ecp_world *world, int body, const ecp_real position[3],
                                       const ecp_real rotation[4], const ecp_real velocity[3],
                                       const ecp_real angular_velocity[3])
 {
-    ecp_i_body *b, before;
+    ecp_i_body *b;
     ecp_status status;
+    int other;
     if (!world) return ECP_BAD_POINTER;
     b = ecp_i_find_body(world, body);
     if (!b) return ECP_BAD_INDEX;
@@ -3604,24 +3621,15 @@ ECP_DEF ecp_status ecp_body_set_state(ecp_world *world, int body, const ecp_real
         return ECP_NOT_FINITE;
     }
     if (b->kind == ECP_STATIC && (velocity || angular_velocity)) return ECP_BAD_KIND;
-    before = *b;
-    if (position) {
-        ecp_i_copy3(position, b->x);
-        ecp_i_set3(0, 0, 0, b->x_carry);
+    other = ecp_i_put3(position, b->x, b->x_carry);
+    other |= ecp_i_put3(velocity, b->v, b->v_carry);
+    other |= ecp_i_put3(angular_velocity, b->v + 3, b->v_carry + 3);
+    /* a length is one but for rounding */
+    if (rotation && !ecp_i_same_bytes(rotation, b->q, sizeof b->q)) {
+        ecp_i_quat_unit(rotation, b->q);
+        other = 1;
     }
-    if (rotation) ecp_i_quat_unit(rotation, b->q);
-    if (velocity) {
-        ecp_i_copy3(velocity, b->v);
-        ecp_i_set3(0, 0, 0, b->v_carry);
-    }
-    if (angular_velocity) {
-        ecp_i_copy3(angular_velocity, b->v + 3);
-        ecp_i_set3(0, 0, 0, b->v_carry + 3);
-    }
-    if (!(position || rotation || velocity || angular_velocity) ||
-        !ecp_i_same_bytes(&before, b, sizeof before)) {
-        b->asleep = 0;
-    }
+    if (other || !(position || rotation || velocity || angular_velocity)) b->asleep = 0;
     return ECP_OK;
 }
 
@@ -3916,7 +3924,7 @@ static void ecp_i_predict(const ecp_world *w, const ecp_i_body *b, ecp_real h, e
         m->mass = b->mass;
         m->length = b->length;
         ecp_i_congruence(m->R0, b->inertia, m->inertia);
-        if (w->printed_moment) {
+        if (w->advancing) {
             ecp_i_spin_momentum(m->R0, b->inertia, b->v + 3, spin);
             ecp_i_cross(b->v + 3, spin, gyro);
         } else {
@@ -10727,7 +10735,7 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
     if (options) o = *options;
     status = world ? ecp_i_check_options(&o) : ECP_BAD_POINTER;
     /* within a callback of ecp_advance */
-    if (status == ECP_OK && world->printed_moment) status = ECP_BAD_OPTION;
+    if (status == ECP_OK && world->advancing) status = ECP_BAD_OPTION;
     if (status == ECP_OK && !ecp_i_finite(h))
         status = ecp_i_fail(&r, ECP_NOT_FINITE, -1, -1, -1, h, 0);
     if (status == ECP_OK && !(h > 0)) status = ecp_i_fail(&r, ECP_BAD_STEP, -1, -1, -1, h, 0);
@@ -12184,13 +12192,13 @@ static ecp_i_outcome ecp_i_plain_step(ecp_i_advance *a, ecp_real left, ecp_statu
         ECPSIM_MEMCPY(w, a->saved, w->state_bytes);
         ecp_i_load_at(a, a->t + a->H);
         ecp_i_velocities(w, 0, -1 / a->H, a->rate_now);
-        w->printed_moment = 0;
+        w->advancing = 0;
         ecp_i_clear_report(&a->r->step);
         if (ecp_i_may(&a->step, ECP_FALLBACK_SUBSTEPS))
             *status = ecp_i_step_by_parts(w, a->H, &a->step, a->bytes, 0, &a->r->step);
         else
             *status = ecp_i_step_once(w, a->H, &a->step, a->bytes, NULL, &a->r->step);
-        w->printed_moment = 1;
+        w->advancing = 1;
         a->r->solves += a->r->step.substeps;
         a->r->step.status = *status;
         if (*status != ECP_NOT_SOLVED || a->H >= left) break;
@@ -12592,7 +12600,7 @@ static ecp_status ecp_i_check_advance(const ecp_world *w, ecp_real duration,
     ecp_status status = ecp_i_check_options(step);
     int i;
     if (status != ECP_OK) return status;
-    if (w->printed_moment) return ECP_BAD_OPTION; /* within its own callback */
+    if (w->advancing) return ECP_BAD_OPTION; /* within its own callback */
     if (w->desc.advance_order == 0) return ECP_CAPACITY;
     if (!ecp_i_finite(duration) || !ecp_i_finite(o->tolerance) || !ecp_i_finite(o->macro_step) ||
         !ecp_i_finite(o->time) || !ecp_i_finite(o->longest_step)) {
@@ -12647,12 +12655,12 @@ ECP_DEF ecp_status ecp_advance(ecp_world *world, ecp_real duration,
     ECPSIM_MEMSET(&world->asked, 0, sizeof world->asked);
     for (i = 0; i < world->bodies; i++) ecp_i_bodies(world)[i].asleep = 0;
     ecp_i_take_impulses(world);
-    world->printed_moment = 1;
+    world->advancing = 1;
     /* overlaps first, and at rest: depth / h has no limit where h has none */
     if (duration > 0 && ecp_i_overlaps(world)) ecp_i_still_step(&a, duration, 0);
     r.status =
         a.o.macro_step > 0 ? ecp_i_advance_paced(&a, duration) : ecp_i_advance_to(&a, duration);
-    world->printed_moment = 0;
+    world->advancing = 0;
     /* near overflow: an error that no one knows, or a state that is no number */
     if (r.status == ECP_OK && r.error != r.error) r.status = ECP_NOT_FINITE;
     for (i = 0; r.status == ECP_OK && i < world->bodies; i++) {

@@ -265,7 +265,7 @@ static void distance_update(distance_set *set, const ecp_world *world)
 {
     int i, k;
     for (i = 0; i < set->count; i++) {
-        ecp_real x[3], Q[9];
+        ecp_real x[3] = {0}, Q[9] = {0};
         distance_solid *s = set->solid + i;
         ecp_shape_get(world, i, &s->shape, &s->body, x, Q);
         for (k = 0; k < 3; k++) s->x[k] = (double)x[k];
@@ -283,7 +283,7 @@ static distance_set distance_open(const ecp_world *world)
     distance_update(&set, world);
     for (i = 0; i < set.count; i++) {
         distance_solid *s = set.solid + i;
-        ecp_real x[3];
+        ecp_real x[3] = {0};
         double arm = 0;
         if (s->shape->kind == ECP_HALF_SPACE) continue;
         ecp_body_get_state(world, s->body, x, NULL, NULL, NULL);

@@ -136,6 +136,7 @@ for cc in gcc clang; do
         [ "$(uname -m)" = x86_64 ] || continue
         arithmetic 2 32 $cc $define -O2 -m32 -mno-sse -mfpmath=387
         arithmetic 66 42 $cc $define -O2 -ffast-math
+        arithmetic 32 0 $cc $define -O2 -freciprocal-math
         grep -q ' fma ' /proc/cpuinfo && arithmetic 16 0 $cc $define -O2 -mfma -ffp-contract=fast
     done
 done

@@ -72,7 +72,7 @@ static void ground(double slope)
 static void body(const ecp_shape *s, double mass, const double *inertia, const truth *t)
 {
     ecp_body_desc b = ecp_body_desc_default();
-    ecp_mass m;
+    ecp_mass m = {0};
     int k, at;
     if (s) ecp_shape_mass(s, 1, &m);
     b.mass = mass;

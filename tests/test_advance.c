@@ -115,10 +115,16 @@ static void advance_short_of_room(void)
     free(w);
 }
 
-/* a callback that calls what has called it */
+/* a callback that calls what has called it, and adds and removes */
 static void advance_nested(void *user, ecp_world *w, ecp_real time)
 {
+    ecp_body_desc b = ecp_body_desc_default();
+    ecp_shape s;
     (void)time;
+    CHECK(ecp_shape_sphere(&s, 1) == ECP_OK);
+    CHECK(ecp_body_add(w, &b, NULL) == ECP_BAD_OPTION);
+    CHECK(ecp_body_add_shape(w, 1, &s, NULL, NULL, NULL, NULL) == ECP_BAD_OPTION);
+    CHECK(ecp_body_remove(w, 1) == ECP_BAD_OPTION);
     *(int *)user += ecp_advance(w, 1, NULL, NULL) == ECP_BAD_OPTION ? 1 : 1000;
     *(int *)user += ecp_step(w, ECP_R(0.01), NULL, NULL) == ECP_BAD_OPTION ? 0 : 1000;
 }

@@ -178,17 +178,15 @@ static void move_plate(ecp_world *w) { ecp_body_set_state(w, 7, NULL, NULL, slee
 static void remove_table(ecp_world *w) { ecp_body_remove(w, 5); }
 static void remove_lowest(ecp_world *w) { ecp_body_remove(w, 1); }
 static void touch(ecp_world *w) { ecp_body_set_state(w, 2, NULL, NULL, NULL, NULL); }
-/* loads of nothing, the velocities that they have, and where the table and the plate are: what games say in
-   every frame */
+/* loads of nothing and the state that they have: what games say in every frame */
 static void say_again(ecp_world *w)
 {
     static const ecp_real zero[3] = {0, 0, 0};
-    ecp_real x[3], v[3], turn[3];
+    ecp_real x[3], q[4], v[3], turn[3];
     int i;
     for (i = 1; i <= 8; i++) {
-        ecp_body_get_state(w, i, x, NULL, v, turn);
-        if (i == 5 || i == 7) ecp_body_set_state(w, i, x, NULL, NULL, NULL);
-        if (i != 5) ecp_body_set_state(w, i, NULL, NULL, v, turn);
+        ecp_body_get_state(w, i, x, q, v, turn);
+        ecp_body_set_state(w, i, x, q, i == 5 ? NULL : v, i == 5 ? NULL : turn);
         if (i == 5 || i == 7) continue;
         ecp_body_apply_force(w, i, zero, x);
         ecp_body_apply_angular_impulse(w, i, zero);

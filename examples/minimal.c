@@ -15,7 +15,7 @@ int main(void)
     ecp_body_desc body = ecp_body_desc_default();
     ecp_world *world;
     ecp_shape shape;
-    ecp_real x[3];
+    ecp_real x[3] = {0};
     size_t bytes = ecp_world_memsize(&desc);
     if (ecp_world_init(&world, &desc, malloc(bytes), bytes) != ECP_OK) return 1;
 

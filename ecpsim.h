@@ -4005,6 +4005,7 @@ typedef struct ecp_i_pair {
     ecp_real *multipliers;
     ecp_i_motion *carried;         /* the body that rests on the other, against gravity */
     struct ecp_i_pair *next_below; /* of the patches that carry the same body */
+    int held;   /* friction is left on its limit, where it does not slip, by centring steps */
     int placed; /* set when fa, ga and what ecp_i_pair_place finds belong to a_local */
     /* the turns of A (ecp_i_motion) for which Qa, turned and ra hold; of B, for which Qb holds, and
        the normal and tangents of a half-space; 0: none */
@@ -4531,6 +4532,7 @@ static int ecp_i_pair_column(const ecp_i_pair *c, const ecp_i_change *t, ecp_rea
    of the radius by p_n */
 typedef struct ecp_i_slopes {
     ecp_real p, d, rest, outer, radius;
+    int bounded;             /* are the friction rows those of the ball's surface? */
     ecp_real on, on_a, on_b; /* momentum for an impulse on A: shared (ecp_i_seat), of A, of B */
     ecp_i_projection cone;
 } ecp_i_slopes;
@@ -4549,10 +4551,20 @@ static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_real kink, ec
     if (ECP_I_PAIRS) s->on = ecp_i_moves_a(c) ? s->on_a : s->on_b;
     if (ecp_i_moves_a(c) && ecp_i_moves_b(c)) s->on = ecp_i_min(s->on_a, -s->on_b);
     s->rest = 0;
+    s->bounded = 0;
     if (ecp_i_nf(c) == 0) return;
     ecp_i_cone_project(c, ecp_i_rho(c), &s->cone);
     s->rest = ecp_i_taken_away(&s->cone);
-    if (!(s->rest > 0)) return;
+    if (ECP_I_CENTRING && s->rest < kink) {
+        /* centring: friction at its limit that does not slip leaves it or stays there, as the patch is told */
+        s->rest = 0;
+        s->outer = 1;
+        s->radius = c->mu;
+        s->bounded = c->held;
+        return;
+    }
+    s->bounded = s->rest > 0;
+    if (!s->bounded) return;
     apart = s->cone.z_norm - s->cone.radius;
     q = ecp_i_smooth_abs(apart, tau2);
     size = ecp_i_smooth_abs(p, tau2);
@@ -4574,7 +4586,7 @@ static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_slopes *s, co
         column[ld * k] = q->rho * (c->e[k] * dw[k] / c->V + give);
         along += q->z[k] * (t->p[1 + k] - column[ld * k]);
     }
-    if (!(s->rest > 0)) return;
+    if (!s->bounded) return;
     /* dP = s dz + z grows with s = radius / outer, so grows = (d radius - s d outer) / outer */
     grows = ((1 - shrink * (1 - s->outer)) * s->radius * t->p[0] -
              shrink * s->outer * along / q->z_norm) /
@@ -5033,6 +5045,12 @@ static void ecp_i_block_rhs(const ecp_i_pair *c, const ecp_i_slopes *slopes, con
     for (i = 0; i < ecp_i_km(c); i++)
         rhs[c->columns * row++] -= F[4 + c->nl + c->on_b->active_b[i]];
     for (k = 0; k <= ecp_i_nf(c); k++) rhs[c->columns * row++] -= F[ecp_i_at_p(c) + k];
+    /* held friction goes on to its limit, which it has nearly reached */
+    row -= ecp_i_nf(c);
+    for (k = 0; centring && c->held && k < ecp_i_nf(c); k++) {
+        const ecp_i_projection *q = &slopes->cone;
+        rhs[c->columns * row++] += (q->radius - q->z_norm) * q->z[k] / q->z_norm;
+    }
 }
 
 /* Fills the block at the point of the last evaluation, of which ecp_i_block_condense has said how large
@@ -9954,11 +9972,72 @@ static void ecp_i_island_load(void *self, ecp_real share)
     }
 }
 
-/* keeps a centring step among the solutions: the largest of 1, 1/2, 1/4, .. for which no ECP leaves
-   its primitive sideways, cut where a normal impulse would turn negative */
-static ecp_real ecp_i_centring_length(const ecp_i_island *s, const ecp_real *z, const ecp_real *dz)
+/* Friction that sticks, and that a centring step would take beyond its limit: *part, of the step, is cut where that is
+   ahead, and what has been there before is held there. How many are held now that were not? */
+static int ecp_i_hold_friction(const ecp_i_island *s, const ecp_real *z, const ecp_real *dz,
+                               ecp_real *part)
 {
-    ecp_real t = 1, most = 1, a[3], slack;
+    int i, k, more = 0;
+    for (i = 0; ECP_I_FRICTION && i < s->pair_count; i++) {
+        ecp_i_pair *c = s->pairs[i];
+        const ecp_real *y = z + c->at + ecp_i_at_p(c), *dy = dz + c->at + ecp_i_at_p(c);
+        ecp_real inside = 0, ahead = 0, bend = 0, root;
+        ecp_i_projection q;
+        if (ecp_i_nf(c) == 0 || c->held) continue;
+        ecp_i_cone_project(c, ecp_i_rho(c), &q);
+        if (!(ecp_i_taken_away(&q) < ecp_i_kink(1))) continue;
+        /* |y + t dy|^2 = mu^2 (p + t dp)^2 */
+        for (k = 0; k <= ecp_i_nf(c); k++) {
+            ecp_real sign = k > 0 ? ECP_R(1) : -c->mu * c->mu;
+            inside -= sign * y[k] * y[k];
+            ahead += sign * y[k] * dy[k];
+            bend += sign * dy[k] * dy[k];
+        }
+        inside = ecp_i_max(inside, 0);
+        root = ahead * ahead + bend * inside;
+        if (!(root >= 0)) continue;
+        root = ahead + ecp_i_sqrt(root);
+        if (!(root > 0)) continue;
+        if (inside < ECP_R(1e-3) * root) {
+            c->held = 1;
+            more++;
+        } else {
+            *part = ecp_i_min(*part, inside / root);
+        }
+    }
+    return more;
+}
+
+/* Along a limit of friction, which is curved, whole steps go to and fro about their end. From the step before, of which
+   the part t led from `best` to z: the part of this one that ends there if that is so. */
+static ecp_real ecp_i_centring_pace(const ecp_i_island *s, const ecp_real *z, const ecp_real *best,
+                                    const ecp_real *dz, ecp_real t)
+{
+    ecp_real along = 0, size = 0;
+    int i, k;
+    for (i = 0; i < s->pair_count; i++) {
+        const ecp_i_pair *c = s->pairs[i];
+        int at = c->at + ecp_i_at_p(c);
+        for (k = at; k <= at + ecp_i_nf(c); k++) {
+            along += (z[k] - best[k]) * dz[k];
+            size += (z[k] - best[k]) * (z[k] - best[k]);
+        }
+    }
+    return size > 0 ? 1 / ecp_i_max(1, 1 / t - along / size) : ECP_R(1);
+}
+
+static void ecp_i_release_friction(const ecp_i_island *s)
+{
+    int i;
+    for (i = 0; i < s->pair_count; i++) s->pairs[i]->held = 0;
+}
+
+/* keeps a centring step among the solutions: of the part `most` the largest of 1, 1/2, 1/4, .. for which no ECP leaves
+   its primitive sideways, cut where a normal impulse would turn negative */
+static ecp_real ecp_i_centring_length(const ecp_i_island *s, const ecp_real *z, const ecp_real *dz,
+                                      ecp_real most)
+{
+    ecp_real t = 1, a[3], slack;
     int i, j, k, inside;
     for (i = 0; i < s->pair_count; i++) {
         int at = s->pairs[i]->at + ecp_i_at_p(s->pairs[i]);
@@ -9980,24 +10059,24 @@ static ecp_real ecp_i_centring_length(const ecp_i_island *s, const ecp_real *z, 
     return 0;
 }
 
-/* A centring step comes nearer to its end by its square. One that is not half of the one before goes to and fro: below
-   this over a kink from which nothing leads away (friction at its limit that does not slip), and centring ends at
-   once; above it between two faces, or over an edge, and centring ends at the third. */
-#define ECP_I_NEAR_CENTRES ECP_R(1e-4)
+/* A centring step comes nearer to its end by its square. The third in a row that is not half of the one before, or
+   that something other than friction cuts, goes to and fro between two faces or over an edge, and centring ends. */
 #define ECP_I_TO_AND_FRO 3
 
 /* The rule ECP_CENTRED. From a solution z: the step that stays on the solutions to first order and
-   ends nearest to the centres, then Newton back on to them, until nothing moves. Returns 0 where
+   ends nearest to the centres, then Newton back on to them, until nothing moves. Friction that is at its limit, and
+   would leave it, stays there: that step is found anew. Returns 0 where
    that is not reached: an ECP or an impulse at its limit is in the way, or z, which stays as it was
    then, solves the equations to a tolerance that the other does not. Large islands, which seldom reach
    it, get fewer iterations, and no other round after one that gets no nearer. */
 static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_step *step,
                         ecp_real *z, ecp_real *best, ecp_i_effort *effort)
 {
-    ecp_real size, before = 0, t, most = ecp_i_max(step->o->tolerance, effort->size.largest);
-    int round, i, idle = 0, large = ecp_i_is_large(p);
+    ecp_real size, before = 0, t = 1, pace, part;
+    ecp_real most = ecp_i_max(step->o->tolerance, effort->size.largest);
+    int round, i, more, held = 0, asked = 0, idle = 0, large = ecp_i_is_large(p);
+    ecp_i_release_friction(s);
     for (round = 0; round < 20; round++) {
-        ECPSIM_MEMCPY(best, z, (size_t)p->n * sizeof(ecp_real));
         s->centring = 1;
         i = p->step(s, z, p->F, 1, 0, p->dz);
         s->centring = 0;
@@ -10006,20 +10085,33 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
         step->r->centring_rounds++;
         for (i = 0, size = 0; i < s->pair_count; i++) {
             const ecp_i_pair *c = s->pairs[i];
-            ecp_real way = ecp_i_largest(3, p->dz + c->at);
+            const ecp_real *dy = p->dz + c->at;
+            ecp_real way = ecp_i_largest(3, dy);
             /* there is no solution that far from the primitive */
             if (way * c->L > 4 * c->a->shape.radius) return 0;
-            size = ecp_i_max(size, way);
+            size =
+                ecp_i_max(size, ecp_i_max(way, ecp_i_largest(1 + ecp_i_nf(c), dy + ecp_i_at_p(c))));
         }
-        if (round > 0 && 2 * size > before)
-            idle += size > ECP_I_NEAR_CENTRES && !large ? 1 : ECP_I_TO_AND_FRO;
+        part = pace = before > 0 ? ecp_i_centring_pace(s, z, best, p->dz, t) : ECP_R(1);
+        more = ecp_i_hold_friction(s, z, p->dz, &part);
+        held += more;
+        if (more > 0) continue;
+        if (before > 0) idle = 2 * size > before ? idle + (large ? ECP_I_TO_AND_FRO : 1) : 0;
         if (idle >= ECP_I_TO_AND_FRO) return 0;
-        before = size;
-        t = ecp_i_centring_length(s, z, p->dz);
+        t = ecp_i_centring_length(s, z, p->dz, part);
+        if (t < part) idle++;
+        /* one that is cut says nothing of the next one */
+        before = t < pace && !large ? ECP_R(0) : size;
+        ECPSIM_MEMCPY(best, z, (size_t)p->n * sizeof(ecp_real));
         for (i = 0; i < p->n; i++) z[i] += t * p->dz[i];
         if (ecp_i_newton(p, 0, step->o->tolerance, large ? 3 : 10, 0, z, effort) &&
             effort->size.largest <= most) {
-            if (size <= ecp_i_sqrt(step->o->tolerance) / 10) return 1;
+            if (size <= ecp_i_sqrt(step->o->tolerance) / 10) {
+                /* is there what would rather leave its limit? */
+                if (held == 0 || asked++) return 1;
+                ecp_i_release_friction(s);
+                held = 0;
+            }
             if (!(t > 0)) return 0;
             continue;
         }
@@ -10085,7 +10177,7 @@ static void ecp_i_record(ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp
     ecp_i_copy3(c->o, k->direction_o);
     /* of p_n and d one is zero: the larger one, in its unit, says which (both may be below zero, by rounding and what
        gaps are granted) */
-    if (!(c->p[0] > ecp_i_max(0, c->d / (h * c->V)))) return;
+    if (!(c->p[0] > ecp_i_max(0, (c->d - c->d_floor) / (h * c->V)))) return;
     k->p_n = c->P * c->p[0];
     k->mode = ECP_SLIP;
     if (ecp_i_nf(c) == 0) return;
@@ -10390,6 +10482,11 @@ static int ecp_i_on_a_rim(const ecp_i_island *s, const ecp_real *z, ecp_real tin
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs[i];
         if (!(z[c->at + ecp_i_at_p(c)] > tiny)) continue;
+        if (ecp_i_nf(c) > 0) {
+            ecp_i_projection q;
+            ecp_i_cone_project(c, ecp_i_rho(c), &q);
+            if (q.z_norm >= q.radius - tiny && ecp_i_taken_away(&q) < ecp_i_kink(1)) return 1;
+        }
         for (j = 0; j < c->nl; j++) {
             if (c->fa[j] > -tiny * c->L && z[c->at + 3 + j] <= tiny) return 1;
         }

@@ -8818,7 +8818,12 @@ static int ecp_i_touching(const ecp_i_step *s, const ecp_i_pair *c, const ecp_re
     if (ecp_i_on_plane(c)) return ecp_i_plane_gap(&A, &B, 0, n, at_a) < 0;
     limit = ecp_i_let_pass(c, s->o->tolerance);
     if (along && ecp_i_separation(&A, &B, along) >= -limit) return 0;
-    return ecp_i_closer(&A, &B, 0) && ecp_i_overlap(&A, &B, n) > limit;
+    if (!ecp_i_closer(&A, &B, 0)) return 0;
+    /* where the search for n has met rounding first (in float, of a long rail beside a small body), what it makes of
+       its last points is nothing, and n may be any */
+    return ecp_i_overlap(&A, &B, n) > limit ||
+           ecp_i_separation(&A, &B, n) <
+               -limit - ECP_R(1e-6) * ecp_i_min(A.shape->radius, B.shape->radius);
 }
 
 /* the geometric mean; by two roots where the product is beyond the reals */

@@ -10182,7 +10182,7 @@ static void ecp_i_record(ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp
     ecp_i_copy3(c->o, k->direction_o);
     /* of p_n and d one is zero: the larger one, in its unit, says which (both may be below zero, by rounding and what
        gaps are granted) */
-    if (!(c->p[0] > ecp_i_max(0, (c->d - c->d_floor) / (h * c->V)))) return;
+    if (!(c->p[0] > ecp_i_max(0, c->d / (h * c->V)))) return;
     k->p_n = c->P * c->p[0];
     k->mode = ECP_SLIP;
     if (ecp_i_nf(c) == 0) return;
@@ -10385,7 +10385,6 @@ static void ecp_i_island_balance(const ecp_i_island *s)
         ecp_i_motion *m = ecp_i_mover(s, i);
         const ecp_real *missed = m->residual;
         ecp_real dv[6];
-        if (!(m->noise > 0)) continue;
         if (ecp_i_largest(3, missed) <= 16 * ECP_I_EPSILON * m->floor[0] &&
             ecp_i_largest(3, missed + 3) <= 16 * ECP_I_EPSILON * m->floor[1])
             continue;

@@ -1254,6 +1254,11 @@ static void ecp_i_axpy(const ecp_real a[3], ecp_real s, const ecp_real b[3], ecp
     out[2] = a[2] + s * b[2];
 }
 
+static void ecp_i_add(const ecp_real a[3], const ecp_real b[3], ecp_real out[3])
+{
+    ecp_i_axpy(a, 1, b, out);
+}
+
 static void ecp_i_sub(const ecp_real a[3], const ecp_real b[3], ecp_real out[3])
 {
     ecp_i_axpy(a, -1, b, out);
@@ -1269,7 +1274,7 @@ static void ecp_i_add_cross(const ecp_real a[3], const ecp_real b[3], ecp_real o
 {
     ecp_real c[3];
     ecp_i_cross(a, b, c);
-    ecp_i_axpy(out, 1, c, out);
+    ecp_i_add(out, c, out);
 }
 
 /* inline: these two are called so often that the calls were a twentieth of a step */
@@ -3514,7 +3519,7 @@ static void ecp_i_part_bounds(ecp_i_part *p)
         half[k] = (hi[k] - lo[k]) / 2;
     }
     ecp_i_mul(p->rotation, centre, p->box_centre);
-    ecp_i_axpy(p->box_centre, 1, p->position, p->box_centre);
+    ecp_i_add(p->box_centre, p->position, p->box_centre);
     for (j = 0; j < 3; j++) {
         for (k = 0; k < 3; k++) p->box_half[j] += ecp_i_abs(p->rotation[3 * j + k]) * half[k];
     }
@@ -3646,12 +3651,12 @@ static ecp_status ecp_i_apply(ecp_world *world, int body, const ecp_real *linear
     if (b->kind != ECP_DYNAMIC) return ECP_BAD_KIND;
     total = impulse ? b->impulse : b->force;
     ECPSIM_MEMCPY(sum, total, sizeof sum);
-    if (linear) ecp_i_axpy(sum, 1, linear, sum);
+    if (linear) ecp_i_add(sum, linear, sum);
     if (linear && point) {
         ecp_i_sub(point, b->x, arm);
         ecp_i_add_cross(arm, linear, sum + 3);
     }
-    if (angular) ecp_i_axpy(sum + 3, 1, angular, sum + 3);
+    if (angular) ecp_i_add(sum + 3, angular, sum + 3);
     if (!ecp_i_all_finite(6, sum)) return ECP_NOT_FINITE;
     for (k = 0; k < 6; k++) {
         if (ecp_i_abs(total[k] - sum[k]) > 0) b->asleep = 0;
@@ -3698,7 +3703,7 @@ ECP_DEF ecp_status ecp_shape_get(const ecp_world *world, int shape_index, const 
     if (body) *body = p->body;
     if (position) {
         ecp_i_mul(R, p->position, offset);
-        ecp_i_axpy(b->x, 1, offset, position);
+        ecp_i_add(b->x, offset, position);
     }
     if (rotation) ecp_i_matmul(R, p->rotation, rotation);
     return ECP_OK;
@@ -3789,10 +3794,10 @@ static void ecp_i_move(ecp_i_motion *m, ecp_real h, const ecp_real dv[6])
     if (m->turns > 0 && ecp_i_equal(m->dv, dv) && ecp_i_equal(m->dv + 3, dv + 3)) return;
     ecp_i_copy3(m->v + 3, w);
     ECPSIM_MEMCPY(m->dv, dv, sizeof m->dv);
-    ecp_i_axpy(carry, 1, dv, sum);
-    ecp_i_axpy(carry + 3, 1, dv + 3, sum + 3);
-    ecp_i_axpy(v, 1, sum, m->v);
-    ecp_i_axpy(v + 3, 1, sum + 3, m->v + 3);
+    ecp_i_add(carry, dv, sum);
+    ecp_i_add(carry + 3, dv + 3, sum + 3);
+    ecp_i_add(v, sum, m->v);
+    ecp_i_add(v + 3, sum + 3, m->v + 3);
     ecp_i_scale(h, m->v, m->dx);
     if (m->turns > 0 && ecp_i_equal(m->v + 3, w)) return;
     m->turns++;
@@ -3852,7 +3857,7 @@ static int ecp_i_implicit_rotation(const ecp_real inertia[9], const ecp_real w0[
         ecp_i_scale(h, f, f);
         ecp_i_sub(w, w0, back);
         ecp_i_mul(inertia, back, lost);
-        ecp_i_axpy(f, 1, lost, f);
+        ecp_i_add(f, lost, f);
         size = ecp_i_norm(f);
         if (size <= 4 * ECP_I_EPSILON * ecp_i_norm(L)) return 1;
         if (before >= 0 && !(size < before)) {
@@ -4151,7 +4156,7 @@ static void ecp_i_plane_gap_before(ecp_i_pair *c)
     ecp_i_mul(c->mb->R0, c->b->position, origin);
     ecp_i_mul(c->b->rotation, size, local);
     ecp_i_mul(c->mb->R0, local, c->N0);
-    ecp_i_axpy(c->offset, 1, c->ra0, rel);
+    ecp_i_add(c->offset, c->ra0, rel);
     ecp_i_sub(rel, origin, rel);
     c->d0 = ecp_i_dot(c->N0, rel) - size[3];
     c->d_floor = ECP_I_EPSILON * (ecp_i_norm(c->offset) + ecp_i_norm(c->ra0) + ecp_i_norm(origin) +
@@ -4168,15 +4173,15 @@ static ecp_real ecp_i_plane_gap_after(const ecp_i_pair *c)
     const ecp_i_motion *ma = c->ma, *mb = c->mb;
     ecp_real moved[3], d = c->d0;
     ecp_i_sub(ma->dx, mb->dx, moved);
-    ecp_i_axpy(moved, 1, c->turned, moved);
+    ecp_i_add(moved, c->turned, moved);
     if (mb->body->kind == ECP_KINEMATIC) {
         ecp_real origin[3], rel[3], turn[3];
         ecp_i_mul(mb->R0, c->b->position, origin);
-        ecp_i_axpy(c->offset, 1, c->ra0, rel);
+        ecp_i_add(c->offset, c->ra0, rel);
         ecp_i_sub(rel, origin, rel);
         ecp_i_mul(mb->T, origin, turn);
         ecp_i_sub(moved, turn, moved);
-        ecp_i_axpy(rel, 1, moved, rel);
+        ecp_i_add(rel, moved, rel);
         ecp_i_mul(mb->T, c->N0, turn);
         d += ecp_i_dot(turn, rel);
     }
@@ -4206,7 +4211,7 @@ static void ecp_i_pair_place(ecp_i_pair *c, const ecp_real a[3])
     ecp_i_copy3(a, c->a_local);
     c->a->shape.cls->eval(&c->a->shape, a, c->fa, c->ga);
     ecp_i_mul(c->a->rotation, a, at);
-    ecp_i_axpy(at, 1, c->a->position, at);
+    ecp_i_add(at, c->a->position, at);
     ecp_i_mul(c->ma->R0, at, c->ra0);
     if (ecp_i_on_plane(c)) ecp_i_plane_gap_before(c);
 }
@@ -4283,11 +4288,11 @@ static void ecp_i_pair_geometry(ecp_i_pair *c, const ecp_real *y)
         c->turns_a = c->ma->turns;
         ecp_i_matmul(c->ma->R, c->a->rotation, c->Qa);
         ecp_i_mul(c->ma->T, c->ra0, c->turned);
-        ecp_i_axpy(c->turned, 1, c->ra0, c->ra);
+        ecp_i_add(c->turned, c->ra0, c->ra);
     }
     ecp_i_sub(c->ma->dx, c->mb->dx, moved);
-    ecp_i_axpy(c->offset, 1, moved, moved);
-    ecp_i_axpy(moved, 1, c->ra, c->rb);
+    ecp_i_add(c->offset, moved, moved);
+    ecp_i_add(moved, c->ra, c->rb);
     ecp_i_pair_normal(c, y);
 }
 
@@ -4310,7 +4315,7 @@ static void ecp_i_pair_velocity(const ecp_i_pair *c, ecp_real v[3])
     ecp_i_sub(c->ma->v, c->mb->v, v);
     ecp_i_add_cross(c->ma->v + 3, c->ra, v);
     ecp_i_cross(c->rb, c->mb->v + 3, carried);
-    ecp_i_axpy(v, 1, carried, v);
+    ecp_i_add(v, carried, v);
 }
 
 /* The velocity of A relative to B at a, and its spin: at the end of the step; or, along the chord, how
@@ -4322,9 +4327,9 @@ static void ecp_i_pair_motion(ecp_i_pair *c)
     ecp_i_sub(c->ma->v + 3, c->mb->v + 3, c->spin);
     if (ecp_i_chord(c) > 0) {
         ecp_i_sub(c->ma->dx, c->mb->dx, c->v);
-        ecp_i_axpy(c->v, 1, c->turned, c->v);
+        ecp_i_add(c->v, c->turned, c->v);
         ecp_i_mul_t(c->mb->T, c->rb, carried);
-        ecp_i_axpy(c->v, 1, carried, c->v);
+        ecp_i_add(c->v, carried, c->v);
         ecp_i_scale(1 / ecp_i_chord(c), c->v, c->v);
         return;
     }
@@ -4500,7 +4505,7 @@ static void ecp_i_change_of_b(const ecp_i_pair *c, const ecp_i_change *t, ecp_re
     ecp_i_axpy(t->rb, t->d, c->n, moved);
     ecp_i_axpy(moved, c->d, t->n, moved);
     ecp_i_cross(c->on_b->rb2, t->turn_b, turned);
-    ecp_i_axpy(moved, 1, turned, moved);
+    ecp_i_add(moved, turned, moved);
     ecp_i_mul_t(c->Qb, moved, db);
     ecp_i_scale(1 / c->L, db, db);
 }
@@ -4514,7 +4519,7 @@ static int ecp_i_pair_column(const ecp_i_pair *c, const ecp_i_change *t, ecp_rea
     ecp_i_change_of_b(c, t, db);
     if (!ecp_i_is_zero(t->n) || !ecp_i_is_zero(t->turn_b)) {
         ecp_i_cross(c->n, t->turn_b, turned);
-        ecp_i_axpy(turned, 1, t->n, turned);
+        ecp_i_add(turned, t->n, turned);
         ecp_i_mul_t(c->Qb, turned, local);
     }
     ecp_i_mul(c->on_b->Hb, db, turned);
@@ -4605,7 +4610,7 @@ static void ecp_i_moment_column(const ecp_i_pair *c, const ecp_i_motion *m, ecp_
     int k, ld = c->columns, pushes = !ecp_i_is_zero(dF);
     if (!pushes && ecp_i_is_zero(dr) && ecp_i_is_zero(twist)) return;
     ecp_i_cross(dr, c->force, moment);
-    ecp_i_axpy(moment, 1, twist, moment);
+    ecp_i_add(moment, twist, moment);
     if (pushes) ecp_i_add_cross(r, dF, moment);
     scale /= m->length;
     for (k = 0; k < 3; k++) column[ld * k] = scale * moment[k];
@@ -4776,10 +4781,10 @@ static void ecp_i_change_cone(const ecp_i_pair *c, const ecp_real dcone[3], ecp_
 {
     ecp_real turned[3];
     if (ecp_i_on_plane(c)) {
-        ecp_i_axpy(t->rows, 1, dcone, t->rows);
+        ecp_i_add(t->rows, dcone, t->rows);
     } else {
         ecp_i_mul(c->Qa, dcone, turned);
-        ecp_i_axpy(t->n, 1, turned, t->n);
+        ecp_i_add(t->n, turned, t->n);
     }
 }
 
@@ -4788,8 +4793,8 @@ static void ecp_i_change_ecp(const ecp_i_pair *c, const ecp_real da[3], ecp_i_ch
     ecp_real dr[3], dcone[3];
     ecp_i_mul(c->Qa, da, dr);
     ecp_i_scale(c->L, dr, dr);
-    ecp_i_axpy(t->ra, 1, dr, t->ra);
-    ecp_i_axpy(t->rb, 1, dr, t->rb);
+    ecp_i_add(t->ra, dr, t->ra);
+    ecp_i_add(t->rb, dr, t->rb);
     if (ecp_i_chord(c) > 0) {
         ecp_i_add_turned_back(c, c->mb, 1, dr, t->v);
         ecp_i_add_turned_back(c, c->ma, -1, dr, t->v);
@@ -4825,7 +4830,7 @@ static void ecp_i_change_motion(const ecp_i_pair *c, const ecp_i_motion *m, ecp_
         /* nothing turns */
         ecp_i_axpy(t->v, sign * m->speed, dv, t->v);
         ecp_i_scale(sign * h * m->speed, dv, dr);
-        ecp_i_axpy(t->rb, 1, dr, t->rb);
+        ecp_i_add(t->rb, dr, t->rb);
         ecp_i_add_cross(dr, c->mb->v + 3, t->v);
         return;
     }
@@ -4835,10 +4840,10 @@ static void ecp_i_change_motion(const ecp_i_pair *c, const ecp_i_motion *m, ecp_
     ecp_i_scale(sign * h * m->speed, dv, dr); /* of x_A - x_B */
     if (of_a) {
         ecp_i_cross(turn, c->ra, u);
-        ecp_i_axpy(t->ra, 1, u, t->ra);
-        ecp_i_axpy(dr, 1, u, dr);
+        ecp_i_add(t->ra, u, t->ra);
+        ecp_i_add(dr, u, dr);
     }
-    ecp_i_axpy(t->rb, 1, dr, t->rb);
+    ecp_i_add(t->rb, dr, t->rb);
     if (ecp_i_chord(c) > 0) {
         if (!of_a) ecp_i_add_cross(c->rb, turn, dr);
         ecp_i_axpy(t->v, 1 / h, dr, t->v);
@@ -4854,15 +4859,15 @@ static void ecp_i_change_motion(const ecp_i_pair *c, const ecp_i_motion *m, ecp_
         ecp_i_add_cross(dr, c->mb->v + 3, t->v);
     }
     if (!of_a) {
-        ecp_i_axpy(t->turn_b, 1, turn, t->turn_b);
+        ecp_i_add(t->turn_b, turn, t->turn_b);
         return;
     }
     ecp_i_cross(turn, c->n, u);
     if (ecp_i_on_plane(c)) {
         ecp_i_mul_t(c->Qa, u, local);
-        ecp_i_axpy(t->rows, 1, local, t->rows);
+        ecp_i_add(t->rows, local, t->rows);
     } else {
-        ecp_i_axpy(t->n, 1, u, t->n);
+        ecp_i_add(t->n, u, t->n);
     }
 }
 
@@ -5031,7 +5036,7 @@ static void ecp_i_block_rhs(const ecp_i_pair *c, const ecp_i_slopes *slopes, con
     }
     if (!ecp_i_on_plane(c)) {
         ecp_i_shift(c->nm, c->on_b->gb, c->on_b->fixed_b, c->km, c->on_b->active_b, shift);
-        ecp_i_axpy(t.rows, 1, shift, t.rows);
+        ecp_i_add(t.rows, shift, t.rows);
     }
     ecp_i_column(c, slopes, &t, h, rhs);
     for (i = 0; centring && i < c->kl; i++) {
@@ -5238,7 +5243,7 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
     }
     if (centring) {
         ecp_i_target(c, y, target_a, target_p);
-        ecp_i_axpy(dy, 1, target_a, dy);
+        ecp_i_add(dy, target_a, dy);
         for (k = 0; k <= ecp_i_nf(c); k++) dy[ecp_i_at_p(c) + k] += target_p[k];
     }
     /* the multipliers that were eliminated before */
@@ -7296,14 +7301,14 @@ static void ecp_i_farthest(const ecp_i_posed *p, const ecp_real n[3], ecp_real f
     ecp_i_mul_t(p->Q, unit, local);
     p->shape->cls->support(p->shape, local, flat, at);
     ecp_i_mul(p->Q, at, out);
-    ecp_i_axpy(out, 1, p->x, out);
-    if (ECP_I_PAIRS && ecp_i_dot(n, p->way) > 0) ecp_i_axpy(out, 1, p->way, out);
+    ecp_i_add(out, p->x, out);
+    if (ECP_I_PAIRS && ecp_i_dot(n, p->way) > 0) ecp_i_add(out, p->way, out);
 }
 
 static void ecp_i_posed_centre(const ecp_i_posed *p, ecp_real out[3])
 {
     ecp_i_mul(p->Q, p->shape->centre, out);
-    ecp_i_axpy(out, 1, p->x, out);
+    ecp_i_add(out, p->x, out);
 }
 
 /* how far A and B are apart along n (from A to B): the certificate -(h_A(n) + h_B(-n)) */
@@ -7432,7 +7437,7 @@ static void ecp_i_pose_turned(const ecp_i_pair *c, int side, int at_end, ecp_i_p
     p->shape = &part->shape;
     if (ECP_I_PAIRS) ecp_i_set3(0, 0, 0, p->way);
     ecp_i_mul(at_end ? m->R : m->R0, part->position, p->x);
-    if (at_end) ecp_i_axpy(p->x, 1, m->dx, p->x);
+    if (at_end) ecp_i_add(p->x, m->dx, p->x);
     if (side) ecp_i_sub(p->x, c->offset, p->x);
 }
 
@@ -7487,7 +7492,7 @@ static ecp_real ecp_i_overlap(const ecp_i_posed *A, const ecp_i_posed *B, ecp_re
     ecp_real at_a[3], at_b[3], way[3];
     ecp_i_move_apart(A, &apart, at_a, at_b, n);
     ecp_i_sub(B->x, apart.x, way);
-    ecp_i_axpy(way, 1, at_b, way);
+    ecp_i_add(way, at_b, way);
     ecp_i_sub(way, at_a, way);
     return -ecp_i_dot(n, way);
 }
@@ -7506,7 +7511,7 @@ static void ecp_i_moved(const ecp_i_pair *c, const ecp_i_posed *A, const ecp_i_p
     ecp_i_pose(c, 0, 1, &end);
     ecp_i_sub(A->x, end.x, way);
     ecp_i_pose(c, 1, 1, &end);
-    ecp_i_axpy(way, 1, end.x, way);
+    ecp_i_add(way, end.x, way);
     ecp_i_sub(way, B->x, way);
 }
 
@@ -7549,7 +7554,7 @@ static ecp_real ecp_i_coasting(const ecp_i_pair *c, const ecp_i_posed *A, const 
     ecp_i_axpy(back, h, v, back);
     ecp_i_cross(va + 3, pa, v);
     ecp_i_axpy(back, -h, v, back);
-    ecp_i_axpy(pb, 1, c->offset, pb);
+    ecp_i_add(pb, c->offset, pb);
     ecp_i_cross(vb + 3, pb, v);
     ecp_i_axpy(back, h, v, back);
     return ecp_i_dot(n, back);
@@ -7642,9 +7647,9 @@ static ecp_real ecp_i_gap_along(const ecp_i_pair *c, int at_end, const ecp_real 
     ecp_i_pose(c, 0, at_end, &A);
     ecp_i_pose(c, 1, at_end, &B);
     ecp_i_mul(A.Q, a, x);
-    ecp_i_axpy(x, 1, A.x, x);
+    ecp_i_add(x, A.x, x);
     ecp_i_mul(B.Q, b, y);
-    ecp_i_axpy(y, 1, B.x, y);
+    ecp_i_add(y, B.x, y);
     ecp_i_sub(y, x, y);
     return ecp_i_dot(n, y);
 }
@@ -7750,7 +7755,7 @@ static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *gue
         ecp_i_touches(c, &A, a, n);
     ecp_i_start_at(c, &A, &B, a, b, n, y);
     if (!ecp_i_on_plane(c)) {
-        ecp_i_axpy(c->offset, 1, c->ra0, b);
+        ecp_i_add(c->offset, c->ra0, b);
         if (ecp_i_abs(gap) <= ECP_I_POSE_ROUNDING * ecp_i_gap_rounding(c, c->ra0, b)) gap = 0;
     }
     gap /= h * c->V;
@@ -7858,7 +7863,7 @@ static void ecp_i_spot_velocity(const ecp_i_spot *k, const ecp_real va[6], const
     ecp_i_sub(va, vb, u);
     ecp_i_add_cross(va + 3, k->ra, u);
     ecp_i_cross(k->rb, vb + 3, carried);
-    ecp_i_axpy(u, 1, carried, u);
+    ecp_i_add(u, carried, u);
 }
 
 /* velocity along dir at the spot for a unit impulse along it */
@@ -7913,17 +7918,17 @@ static void ecp_i_spots_find(ecp_i_pair *c, ecp_real h)
                 ecp_i_copy3(spots[0].b, s->b);
             }
             ecp_i_mul(A.Q, s->a, at);
-            ecp_i_axpy(at, 1, A.x, at);
+            ecp_i_add(at, A.x, at);
         }
         ecp_i_sub(at, c->ma->dx, s->ra);
-        ecp_i_axpy(at, 1, c->offset, s->rb);
+        ecp_i_add(at, c->offset, s->rb);
         ecp_i_sub(s->rb, c->mb->dx, s->rb);
         if (ecp_i_on_plane(c)) {
             ecp_i_sub(at, B.x, local);
             s->gap = ecp_i_dot(c->N, local) - B.shape->size[3];
         } else {
             ecp_i_mul(B.Q, s->b, local);
-            ecp_i_axpy(local, 1, B.x, local);
+            ecp_i_add(local, B.x, local);
             ecp_i_sub(at, local, local);
             s->gap = ecp_i_dot(c->N, local);
         }
@@ -8219,8 +8224,8 @@ static void ecp_i_part_box(const ecp_i_part *p, const ecp_i_motion *m, int at_en
         ecp_i_mul(p->rotation, p->shape.size, local);
         ecp_i_mul(R, local, box->lo);
         ecp_i_mul(R, p->position, origin);
-        ecp_i_axpy(origin, 1, m->body->x, origin);
-        if (at_end) ecp_i_axpy(origin, 1, m->dx, origin);
+        ecp_i_add(origin, m->body->x, origin);
+        if (at_end) ecp_i_add(origin, m->dx, origin);
         box->hi[0] = ecp_i_dot(box->lo, origin) + p->shape.size[3];
         return;
     }
@@ -8686,7 +8691,7 @@ static int ecp_i_pair_bind(const ecp_i_step *s, int i, int j, ecp_i_pair *c)
     c->mb = mb;
     c->plane = b->shape.kind == ECP_HALF_SPACE;
     ecp_i_sub(ma->body->x, mb->body->x, c->offset);
-    ecp_i_axpy(c->offset, 1, ma->body->x_carry, c->offset);
+    ecp_i_add(c->offset, ma->body->x_carry, c->offset);
     ecp_i_sub(c->offset, mb->body->x_carry, c->offset);
     return 1;
 }
@@ -9512,22 +9517,22 @@ static void ecp_i_carry_ecp(const ecp_i_pair *c, const ecp_i_patch *old, ecp_rea
     const ecp_real *va = c->ma->body->v, *vb = c->mb->body->v;
     ecp_i_pose(c, 0, 0, &A);
     ecp_i_mul(A.Q, old->a, at);
-    ecp_i_axpy(at, 1, A.x, at);
+    ecp_i_add(at, A.x, at);
     /* how far B slides, with the velocities that the step begins with */
     ecp_i_sub(vb, va, way);
     ecp_i_cross(at, va + 3, r);
-    ecp_i_axpy(way, 1, r, way);
-    ecp_i_axpy(at, 1, c->offset, on_b);
+    ecp_i_add(way, r, way);
+    ecp_i_add(at, c->offset, on_b);
     ecp_i_add_cross(vb + 3, on_b, way);
     ecp_i_axpy(way, -ecp_i_dot(way, k->normal), k->normal, way);
     ecp_i_scale(h, way, way);
     if (!(ecp_i_norm(way) > ecp_i_slack(c))) return;
     /* the poses at the end but for what the two move apart or together */
     ecp_i_pose(c, 1, 0, &B);
-    ecp_i_axpy(B.x, 1, way, B.x);
+    ecp_i_add(B.x, way, B.x);
     ecp_i_axpy(at, -k->gap, k->normal, on_b);
     stays = ecp_i_outside(&B, on_b, c->nm, c->on_b->fb, c->on_b->gb);
-    ecp_i_axpy(at, 1, way, at);
+    ecp_i_add(at, way, at);
     goes = ecp_i_outside(&A, at, c->nl, c->fa, c->ga);
     if (ecp_i_moves_a(c) ? stays <= ecp_i_slack(c) || 2 * goes >= stays
                          : goes > ecp_i_slack(c) && 2 * goes >= stays)
@@ -10163,9 +10168,9 @@ static void ecp_i_record(ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp
     k->body_a = c->a->body;
     k->body_b = c->b->body;
     ecp_i_scale(c->L, y, c->record->a);
-    ecp_i_axpy(body->x_carry, 1, c->ma->dx, centre);
-    ecp_i_axpy(body->x, 1, centre, centre);
-    ecp_i_axpy(centre, 1, c->ra, k->point_a);
+    ecp_i_add(body->x_carry, c->ma->dx, centre);
+    ecp_i_add(body->x, centre, centre);
+    ecp_i_add(centre, c->ra, k->point_a);
     ecp_i_axpy(k->point_a, c->d, c->n, k->point_b);
     ecp_i_copy3(c->N, k->normal);
     k->gap = c->d;
@@ -10982,7 +10987,7 @@ static void ecp_i_pose_part(const ecp_i_part *part, const ecp_real q[4], const e
     if (ECP_I_PAIRS) ecp_i_set3(0, 0, 0, p->way);
     ecp_i_matmul(R, part->rotation, p->Q);
     ecp_i_mul(R, part->position, p->x);
-    ecp_i_axpy(p->x, 1, x, p->x);
+    ecp_i_add(p->x, x, p->x);
 }
 
 /* where a primitive is, relative to `origin` */
@@ -10992,7 +10997,7 @@ static void ecp_i_pose_of(const ecp_world *w, int shape, const ecp_real origin[3
     const ecp_i_body *b = ecp_i_bodies(w) + part->body;
     ecp_real x[3];
     ecp_i_sub(b->x, origin, x);
-    ecp_i_axpy(x, 1, b->x_carry, x);
+    ecp_i_add(x, b->x_carry, x);
     ecp_i_pose_part(part, b->q, x, p);
 }
 
@@ -11094,11 +11099,11 @@ static void ecp_i_slip_at(const ecp_real *va, const ecp_real *vb, const ecp_real
                           const ecp_real apart[3], ecp_real v[3])
 {
     ecp_real rb[3], carried[3];
-    ecp_i_axpy(apart, 1, r, rb);
+    ecp_i_add(apart, r, rb);
     ecp_i_sub(va, vb, v);
     ecp_i_add_cross(va + 3, r, v);
     ecp_i_cross(rb, vb + 3, carried);
-    ecp_i_axpy(v, 1, carried, v);
+    ecp_i_add(v, carried, v);
 }
 
 /* How far the unit vector n (in the primitive's frame) is from the cone of the gradients, at x, of
@@ -11225,7 +11230,7 @@ static ecp_real ecp_i_place(const ecp_i_posed *A, const ecp_i_posed *B, const ec
     ecp_real gap = ecp_i_plane_gap(A, B, 0, n, at), rel[3];
     if (A->shape->kind != ECP_BOX && A->shape->kind != ECP_POLYTOPE) return gap;
     ecp_i_mul(A->Q, a, at);
-    ecp_i_axpy(at, 1, A->x, at);
+    ecp_i_add(at, A->x, at);
     ecp_i_sub(at, B->x, rel);
     return -ecp_i_dot(n, rel) - B->shape->size[3];
 }
@@ -11271,7 +11276,7 @@ static int ecp_i_stick_fits(ecp_i_advance *a, const ecp_i_phase *f)
         ecp_i_place_rate(ba, ecp_i_parts(w) + f->shape_a, &B, f->a, at, move);
     } else {
         ecp_i_mul(A.Q, f->a, at);
-        ecp_i_axpy(at, 1, A.x, at);
+        ecp_i_add(at, A.x, at);
         ecp_i_set3(0, 0, 0, move);
     }
     ecp_i_slip_at(ba->v, bb->v, at, apart, v);
@@ -11322,7 +11327,7 @@ static int ecp_i_slip_fits(const ecp_i_advance *a, const ecp_i_phase *f)
     ecp_i_posed A;
     ecp_i_pose_of(w, f->shape_a, ba->x, &A);
     ecp_i_mul(A.Q, f->a, at);
-    ecp_i_axpy(at, 1, A.x, at);
+    ecp_i_add(at, A.x, at);
     ecp_i_sub(ba->x, bb->x, apart);
     ecp_i_slip_at(ba->v, bb->v, at, apart, v);
     ecp_i_axpy(v, -ecp_i_dot(v, f->N), f->N, v);
@@ -11748,8 +11753,8 @@ static ecp_real ecp_i_refresh_contacts(ecp_i_advance *a)
             c->separation = ecp_i_separation(&A, &B, n);
         }
         ecp_i_mul(A.Q, ecp_i_patches(w)[i].a, at);
-        ecp_i_axpy(at, 1, A.x, at);
-        ecp_i_axpy(at, 1, ba->x, c->point_a);
+        ecp_i_add(at, A.x, at);
+        ecp_i_add(at, ba->x, c->point_a);
         c->gap = c->separation;
         ecp_i_axpy(c->point_a, c->gap, n, c->point_b);
         ecp_i_sub(ba->x, bb->x, x);
@@ -11981,13 +11986,13 @@ static void ecp_i_way_of(const ecp_i_advance *a, int shape, const ecp_real origi
     int k;
     way->part = ecp_i_parts(a->w) + shape;
     ecp_i_sub(first->x, origin, way->x);
-    ecp_i_axpy(way->x, 1, first->x_carry, way->x);
+    ecp_i_add(way->x, first->x_carry, way->x);
     ECPSIM_MEMCPY(way->q, first->q, sizeof way->q);
     ecp_i_changes(last, first, change);
     ECPSIM_MEMCPY(way->change, change, sizeof way->change);
     /* of half tangents g: g' = (w + w x g + (w . g) g) / 2 */
     ecp_i_cross(w, g, rate + 3);
-    ecp_i_axpy(rate + 3, 1, w, rate + 3);
+    ecp_i_add(rate + 3, w, rate + 3);
     ecp_i_axpy(rate + 3, ecp_i_dot(w, g), g, rate + 3);
     ecp_i_scale(a->H / 2, rate + 3, rate + 3);
     ecp_i_scale(a->H, last->v, rate);
@@ -12005,7 +12010,7 @@ static void ecp_i_pose_on_way(const ecp_i_way *way, ecp_real s, ecp_i_posed *p)
         by[k] = s * ((1 - s) * ((1 - s) * way->first[k] + s * (3 * way->change[k] - way->last[k])) +
                      s * s * way->change[k]);
     }
-    ecp_i_axpy(way->x, 1, by, x);
+    ecp_i_add(way->x, by, x);
     turn[0] = 1;
     ecp_i_copy3(by + 3, turn + 1);
     ecp_quat_multiply(turn, way->q, q);
@@ -13228,8 +13233,8 @@ static void ecp_i_side_setup(const ecp_world *after, int shape, ecp_i_side *s)
     ecp_quat_to_matrix(s->after->q, R);
     ecp_i_matmul(R, s->part->rotation, s->Q);
     ecp_i_mul(R, s->part->position, s->origin);
-    ecp_i_axpy(s->origin, 1, s->after->x, s->origin);
-    ecp_i_axpy(s->origin, 1, s->after->x_carry, s->origin);
+    ecp_i_add(s->origin, s->after->x, s->origin);
+    ecp_i_add(s->origin, s->after->x_carry, s->origin);
     for (k = 0; k < 6; k++) s->v[k] = s->after->v[k] + s->after->v_carry[k];
 }
 
@@ -13366,7 +13371,7 @@ static void ecp_i_printed_wrench(const ecp_world *after, int body, ecp_real wren
         ecp_i_axpy(force, sign * c->p_t, c->direction_t, force);
         ecp_i_axpy(force, sign * c->p_o, c->direction_o, force);
         ecp_i_sub(c->point_a, ecp_i_bodies(after)[body].x, r);
-        ecp_i_axpy(wrench, 1, force, wrench);
+        ecp_i_add(wrench, force, wrench);
         ecp_i_add_cross(r, force, wrench + 3);
         ecp_i_axpy(wrench + 3, sign * c->p_r, c->normal, wrench + 3);
     }
@@ -13454,7 +13459,7 @@ ECP_DEF ecp_mode ecp_translation_step(ecp_real mass, const ecp_real normal[3], e
     if (along > 0) mode = ECP_APART;
     ecp_i_scale(N, normal, impulse);
     if (size > 0) ecp_i_axpy(impulse, -friction / size, T, impulse);
-    ecp_i_axpy(momentum, 1, impulse, momentum);
+    ecp_i_add(momentum, impulse, momentum);
     ecp_i_scale(1 / mass, momentum, v_out);
     return mode;
 }

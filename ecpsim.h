@@ -5662,6 +5662,12 @@ static ecp_real ecp_i_row_value(int n, const ecp_real *row, const ecp_real *x)
     return sum;
 }
 
+/* the part of such a row that the velocities u of the others have */
+static ecp_real ecp_i_others_value(const ecp_i_front *f, const ecp_real *row, const ecp_real *u)
+{
+    return ECP_I_PAIRS ? ecp_i_row_value(f->width, row, u) : ECP_R(0);
+}
+
 /* What the parent gets, as few rows as have the same effect: C and c (left_c rows), B^T (left_b
    rows), and the others' momentum. left: rows of C to pass. */
 static void ecp_i_front_pass(const ecp_i_tree *t, ecp_i_front *f, int left)
@@ -5922,25 +5928,25 @@ static void ecp_i_front_recover(const ecp_i_tree *t, ecp_i_front *f)
     }
     for (k = 0; f->open > 0 && k < f->rank_g; k++) {
         const ecp_real *row = f->G + ldg * k;
-        ecp_real sum = row[ldg - 1] - ecp_i_row_value(n, row + f->open, u);
+        ecp_real sum = row[ldg - 1] - ecp_i_others_value(f, row + f->open, u);
         for (j = f->rank_g; j < f->open; j++) sum -= row[j] * q[f->piv_g[j]];
         q[f->piv_g[k]] += sum;
     }
     for (j = 0; j < f->open; j++) v[f->rank_c + f->piv_m[f->rank_m + j]] = q[j];
     for (k = 0; k < f->rank_m; k++) {
         const ecp_real *row = S + ld * k;
-        ecp_real sum = row[free + n] - ecp_i_row_value(n, row + free, u);
+        ecp_real sum = row[free + n] - ecp_i_others_value(f, row + free, u);
         for (j = 0; j < f->open; j++) sum -= row[f->rank_m + j] * q[j];
         v[f->rank_c + f->piv_m[k]] = sum;
     }
     for (k = 0; k < f->rank_c; k++) {
         const ecp_real *row = f->R + ld * k;
         v[k] = row[ld - 1] - ecp_i_row_value(free, row + f->rank_c, v + f->rank_c) -
-               ecp_i_row_value(n, row + 6, u);
+               ecp_i_others_value(f, row + 6, u);
     }
     for (k = 0; k < f->rank_b; k++) {
         const ecp_real *row = f->W + ld * k;
-        x[k] = (row[ld - 1] - ecp_i_row_value(6, row, v) - ecp_i_row_value(n, row + 6, u)) /
+        x[k] = (row[ld - 1] - ecp_i_row_value(6, row, v) - ecp_i_others_value(f, row + 6, u)) /
                f->Bt[ldb * k + k];
     }
     for (k = 0; k < 6; k++) t->v[6 * ecp_i_front_body(f) + f->piv_c[k]] = v[k];
@@ -8918,7 +8924,8 @@ static ecp_status ecp_i_add_pair(ecp_i_step *s, size_t begin, int i, int j, int 
                           (ecp_real)s->w->desc.max_patches);
     }
     inequalities = c->a->shape.inequalities + (ecp_i_on_plane(c) ? 0 : c->b->shape.inequalities);
-    if (inequalities > s->w->desc.max_inequalities) {
+    /* (one primitive alone has no more: ecp_body_add_shape) */
+    if (ECP_I_PAIRS && inequalities > s->w->desc.max_inequalities) {
         return ecp_i_fail(s->r, ECP_CAPACITY, -1, i, j, (ecp_real)inequalities,
                           (ecp_real)s->w->desc.max_inequalities);
     }
@@ -8972,7 +8979,8 @@ static ecp_status ecp_i_find_pairs(ecp_i_step *s)
         if (parts[i].body == ECP_I_FREE) continue;
         found = ecp_i_candidates(b, parts, shapes, i, i);
         if (ECP_I_PAIRS && b->boxes[i].quiet) found = ecp_i_last_hits(s, i, next, b->hits, found);
-        for (k = 0; k < s->extras; k++) {
+        /* (without pairs these are candidates all the same) */
+        for (k = 0; ECP_I_PAIRS && k < s->extras; k++) {
             if (s->extra[2 * k] == i) found = ecp_i_insert_hit(b->hits, found, s->extra[2 * k + 1]);
         }
         for (k = 0; k < found && status == ECP_OK; k++) {
@@ -9077,7 +9085,8 @@ static void ecp_i_find_touching(ecp_i_step *s)
         for (k = 0; k < found; k++) {
             int lo = i < b->hits[k] ? i : b->hits[k];
             j = i + b->hits[k] - lo;
-            if (ecp_i_is_in(s, lo, j) || ecp_i_is_extra(s, lo, j)) continue;
+            /* (with pairs the other one may have strayed, too, and have been there before) */
+            if (ecp_i_is_in(s, lo, j) || (ECP_I_PAIRS && ecp_i_is_extra(s, lo, j))) continue;
             if (ecp_i_pair_bind(s, lo, j, c) && ecp_i_touching(s, c, NULL))
                 ecp_i_add_extra(s, lo, j);
         }

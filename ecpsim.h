@@ -4353,7 +4353,7 @@ static void ecp_i_pair_evaluate(ecp_i_pair *c, const ecp_real *y, ecp_real h)
     ecp_i_pair_gap(c, y, h);
     if (ecp_i_nf(c) > 0 && !ecp_i_on_plane(c)) ecp_i_tangents(c);
     ecp_i_pair_impulse(c, y);
-    ecp_i_pair_motion(c);
+    if (ECP_I_FRICTION) ecp_i_pair_motion(c);
     if (ecp_i_nf(c) > 0) ecp_i_pair_slip(c);
 }
 
@@ -4489,13 +4489,13 @@ static void ecp_i_pair_residual(const ecp_i_pair *c, const ecp_real *y, ecp_real
 /* >>jacobian: one column for each unknown, by carrying a first-order change through the rows */
 
 typedef struct ecp_i_change {
-    ecp_real ra[3], rb[3]; /* of the point a, seen from A and from B */
-    ecp_real n[3];         /* of the outward normal of A (pair) */
-    ecp_real rows[3];      /* direct change of the three rows of the normal */
-    ecp_real d;            /* of the gap (pair) */
-    ecp_real turn_b[3];    /* rotation of B */
-    ecp_real v[3], spin[3];
-    ecp_real p[4]; /* of p_n / P and y */
+    ecp_real ra[3], rb[3];  /* of the point a, seen from A and from B */
+    ecp_real n[3];          /* of the outward normal of A (pair) */
+    ecp_real rows[3];       /* direct change of the three rows of the normal */
+    ecp_real d;             /* of the gap (pair) */
+    ecp_real turn_b[3];     /* rotation of B */
+    ecp_real v[3], spin[3]; /* which only friction asks for */
+    ecp_real p[4];          /* of p_n / P and y */
 } ecp_i_change;
 
 /* the change of b = Qb^T (a2 - x_B), in lengths L */
@@ -4629,8 +4629,8 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i
     int k, ld = c->columns, row = 3 + c->kl, pair = !ecp_i_on_plane(c);
     int turns = pair && !ecp_i_is_zero(t->n);
     int pushes = t->p[0] != 0 || !ecp_i_is_zero(t->p + 1);
-    int moves = turns || d != 0 || !ecp_i_is_zero(t->rb) || !ecp_i_is_zero(t->v) ||
-                !ecp_i_is_zero(t->ra) || !ecp_i_is_zero(t->spin) ||
+    int slides = ECP_I_FRICTION && !(ecp_i_is_zero(t->v) && ecp_i_is_zero(t->spin));
+    int moves = turns || slides || d != 0 || !ecp_i_is_zero(t->rb) || !ecp_i_is_zero(t->ra) ||
                 (pair && !ecp_i_is_zero(t->turn_b));
     if (!pair) {
         for (k = 0; k < 3; k++) column[ld * k] = t->rows[k];
@@ -4798,7 +4798,7 @@ static void ecp_i_change_ecp(const ecp_i_pair *c, const ecp_real da[3], ecp_i_ch
     if (ecp_i_chord(c) > 0) {
         ecp_i_add_turned_back(c, c->mb, 1, dr, t->v);
         ecp_i_add_turned_back(c, c->ma, -1, dr, t->v);
-    } else {
+    } else if (ECP_I_FRICTION) {
         ecp_i_add_cross(c->spin, dr, t->v);
     }
     ecp_i_mul(c->Ha, da, dcone);
@@ -4836,7 +4836,7 @@ static void ecp_i_change_motion(const ecp_i_pair *c, const ecp_i_motion *m, ecp_
     }
     ecp_i_scale(m->speed / m->length, dv + 3, w);
     ecp_i_mul(m->J, w, turn);
-    ecp_i_axpy(t->spin, sign, w, t->spin);
+    if (ECP_I_FRICTION) ecp_i_axpy(t->spin, sign, w, t->spin);
     ecp_i_scale(sign * h * m->speed, dv, dr); /* of x_A - x_B */
     if (of_a) {
         ecp_i_cross(turn, c->ra, u);
@@ -4848,7 +4848,7 @@ static void ecp_i_change_motion(const ecp_i_pair *c, const ecp_i_motion *m, ecp_
         if (!of_a) ecp_i_add_cross(c->rb, turn, dr);
         ecp_i_axpy(t->v, 1 / h, dr, t->v);
         ecp_i_add_turned_back(c, c->mb, 1, dr, t->v);
-    } else {
+    } else if (ECP_I_FRICTION) {
         ecp_i_axpy(t->v, sign * m->speed, dv, t->v);
         if (of_a) {
             ecp_i_add_cross(w, c->ra, t->v);
@@ -10184,10 +10184,12 @@ static void ecp_i_record(ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp
     ecp_i_copy3(c->N, k->normal);
     k->gap = c->d;
     k->separation = ecp_i_pair_separation(c);
-    k->mu = c->mu;
-    k->e_t = c->e[0];
-    k->e_o = c->e[1];
-    k->e_r = c->e[2];
+    if (ECP_I_FRICTION) {
+        k->mu = c->mu;
+        k->e_t = c->e[0];
+        k->e_o = c->e[1];
+        k->e_r = c->e[2];
+    }
     for (i = 0; i < c->nl; i++) c->multipliers[i] = y[3 + i];
     for (i = 0; i < ecp_i_nm(c); i++) c->multipliers[c->nl + i] = y[ecp_i_at_m(c) + i];
     k->mode = ECP_APART;

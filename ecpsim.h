@@ -1209,6 +1209,14 @@ static void ecp_i_set3(ecp_real a, ecp_real b, ecp_real c, ecp_real out[3])
     out[2] = c;
 }
 
+/* copies n reals; compilers write out what memcpy is asked for, which is as large as it is fast */
+static void ecp_i_copy(int n, const ecp_real *x, ecp_real *out)
+{
+    int i;
+    if (ECP_I_FOUR) ECPSIM_MEMCPY(out, x, (size_t)n * sizeof(ecp_real));
+    for (i = 0; !ECP_I_FOUR && i < n; i++) out[i] = x[i];
+}
+
 static void ecp_i_copy3(const ecp_real a[3], ecp_real out[3])
 {
     int k;
@@ -3430,7 +3438,7 @@ ECP_DEF ecp_status ecp_body_add(ecp_world *world, const ecp_body_desc *desc, int
     }
     if (desc->kind == ECP_DYNAMIC) {
         b->mass = desc->mass;
-        ECPSIM_MEMCPY(b->inertia, desc->inertia, sizeof b->inertia);
+        ecp_i_copy(9, desc->inertia, b->inertia);
         b->length = ecp_i_power_of_two(
             ecp_i_sqrt((b->inertia[0] + b->inertia[4] + b->inertia[8]) / b->mass));
     }
@@ -3533,7 +3541,7 @@ static void ecp_i_shape_copy(const ecp_shape *s, ecp_shape *out)
     out->kind = s->kind;
     out->inequalities = s->inequalities;
     out->vertex_count = s->vertex_count;
-    ECPSIM_MEMCPY(out->size, s->size, sizeof out->size);
+    ecp_i_copy(4, s->size, out->size);
     ecp_i_copy3(s->centre, out->centre);
     out->radius = s->radius;
     out->planes = s->planes;
@@ -3593,7 +3601,7 @@ ECP_DEF ecp_status ecp_body_get_state(const ecp_world *world, int body, ecp_real
     b = ecp_i_find_body(world, body);
     if (!b) return ECP_BAD_INDEX;
     if (position) ecp_i_copy3(b->x, position);
-    if (rotation) ECPSIM_MEMCPY(rotation, b->q, sizeof b->q);
+    if (rotation) ecp_i_copy(4, b->q, rotation);
     if (velocity) ecp_i_copy3(b->v, velocity);
     if (angular_velocity) ecp_i_copy3(b->v + 3, angular_velocity);
     return ECP_OK;
@@ -3650,7 +3658,7 @@ static ecp_status ecp_i_apply(ecp_world *world, int body, const ecp_real *linear
     if (!b) return ECP_BAD_INDEX;
     if (b->kind != ECP_DYNAMIC) return ECP_BAD_KIND;
     total = impulse ? b->impulse : b->force;
-    ECPSIM_MEMCPY(sum, total, sizeof sum);
+    ecp_i_copy(6, total, sum);
     if (linear) ecp_i_add(sum, linear, sum);
     if (linear && point) {
         ecp_i_sub(point, b->x, arm);
@@ -3793,7 +3801,7 @@ static void ecp_i_move(ecp_i_motion *m, ecp_real h, const ecp_real dv[6])
     int k;
     if (m->turns > 0 && ecp_i_equal(m->dv, dv) && ecp_i_equal(m->dv + 3, dv + 3)) return;
     ecp_i_copy3(m->v + 3, w);
-    ECPSIM_MEMCPY(m->dv, dv, sizeof m->dv);
+    ecp_i_copy(6, dv, m->dv);
     ecp_i_add(carry, dv, sum);
     ecp_i_add(carry + 3, dv + 3, sum + 3);
     ecp_i_add(v, sum, m->v);
@@ -3805,7 +3813,7 @@ static void ecp_i_move(ecp_i_motion *m, ecp_real h, const ecp_real dv[6])
         ECPSIM_MEMSET(m->T, 0, sizeof m->T);
         ECPSIM_MEMSET(m->J, 0, sizeof m->J);
         m->J[0] = m->J[4] = m->J[8] = h;
-        ECPSIM_MEMCPY(m->R, m->R0, sizeof m->R);
+        ecp_i_copy(9, m->R0, m->R);
         return;
     }
     ecp_i_cayley(m->v + 3, h, m->T, m->J);
@@ -3832,7 +3840,7 @@ static void ecp_i_velocity_change(ecp_i_motion *m, const ecp_real impulse[6], ec
     ecp_i_copy3(impulse + 3, dv + 3);
     if (ecp_i_is_zero(dv + 3)) return;
     if (m->root[0] == 0) {
-        ECPSIM_MEMCPY(m->root, m->body->inertia, sizeof m->root);
+        ecp_i_copy(9, m->body->inertia, m->root);
         ecp_i_root(m->root);
     }
     ecp_i_mul_t(m->R0, dv + 3, own);
@@ -3901,7 +3909,7 @@ static void ecp_i_gyroscopic(const ecp_real inertia[9], const ecp_real w[3], ecp
     ecp_i_mul(inertia, w, Iw);
     ecp_i_cross(w, Iw, moment);
     if (ecp_i_is_zero(moment)) return;
-    ECPSIM_MEMCPY(L, inertia, sizeof L);
+    ecp_i_copy(9, inertia, L);
     ecp_i_copy3(moment, change);
     ecp_i_root(L);
     ecp_i_root_solve(L, change);
@@ -3940,7 +3948,7 @@ static void ecp_i_predict(const ecp_world *w, const ecp_i_body *b, ecp_real h, e
             m->kick[3 + k] = h * (b->force[3 + k] - gyro[k]) + b->impulse[3 + k];
         }
         ecp_i_velocity_change(m, m->kick, m->free);
-        ECPSIM_MEMCPY(m->whole, m->kick, sizeof m->whole);
+        ecp_i_copy(6, m->kick, m->whole);
         m->drift = h * ecp_i_norm(m->free);
         m->swing = h * ecp_i_norm(b->v + 3) + h * ecp_i_norm(m->free + 3);
     } else if (b->kind == ECP_KINEMATIC) {
@@ -4300,8 +4308,7 @@ static void ecp_i_pair_geometry(ecp_i_pair *c, const ecp_real *y)
 static void ecp_i_pair_impulse(ecp_i_pair *c, const ecp_real *y)
 {
     const ecp_real *p = y + ecp_i_at_p(c);
-    int k;
-    for (k = 0; k <= ecp_i_nf(c); k++) c->p[k] = p[k];
+    ecp_i_copy(1 + ecp_i_nf(c), p, c->p);
     ecp_i_scale(c->P * p[0], c->N, c->force);
     if (ecp_i_nf(c) == 0) return;
     ecp_i_axpy(c->force, c->e[0] * c->P * p[1], c->t, c->force);
@@ -5563,11 +5570,9 @@ static void ecp_i_insert(int rank, int all, const ecp_real *A, int ld, ecp_real 
    the constraints stays in C from row rank_c on. */
 static void ecp_i_front_constrain(const ecp_i_tree *t, ecp_i_front *f, ecp_real *tau)
 {
-    int ld = 7 + ecp_i_width(f), i, j;
+    int ld = 7 + ecp_i_width(f), i;
     f->rank_c = ecp_i_qr(f->constraints, 6, ld, f->C, ld, tau, f->piv_c, t->same, t->same);
-    for (i = 0; ECP_I_PAIRS && i < f->rank_c; i++) {
-        for (j = 0; j < ld; j++) f->R[ld * i + j] = f->C[ld * i + j];
-    }
+    if (ECP_I_PAIRS) ecp_i_copy(ld * f->rank_c, f->C, f->R);
     ecp_i_solve_rows(f->rank_c, ld, f->R, ld);
     for (i = 0; i < 6 + ecp_i_width(f); i++) ecp_i_permute(6, f->piv_c, f->M + ld * i);
 }
@@ -5576,12 +5581,10 @@ static void ecp_i_front_constrain(const ecp_i_tree *t, ecp_i_front *f, ecp_real 
    more row of its momentum (in the order of piv_b); forward elimination of these from the momentum. */
 static void ecp_i_front_balance(ecp_i_front *f)
 {
-    int ld = 7 + ecp_i_width(f), ldb = 6 + ecp_i_width(f), i, j, k;
+    int ld = 7 + ecp_i_width(f), ldb = 6 + ecp_i_width(f), i, k;
     f->rank_b = ecp_i_qr(f->forces, 6, ldb, f->Bt, ldb, f->tau_b, f->piv_b, ECP_I_SAME_FORCE,
                          ECP_I_SAME_FORCE);
-    for (i = 0; i < 6; i++) {
-        for (j = 0; j < ld; j++) f->W[ld * i + j] = f->M[ld * f->piv_b[i] + j];
-    }
+    for (i = 0; i < 6; i++) ecp_i_copy(ld, f->M + ld * f->piv_b[i], f->W + ld * i);
     for (i = 1; i < ldb; i++) {
         ecp_real factor[6];
         for (k = 0; k < f->rank_b && k < i; k++) {
@@ -5635,7 +5638,7 @@ static void ecp_i_front_open(ecp_i_arena *arena, ecp_i_front *f, ecp_real *tau)
     for (i = 0; i < f->rank_b; i++) {
         ecp_real *G = f->G + ldg * i, *row = f->G + ldg * f->rank_b;
         /* row i of W in terms of the open velocities and u */
-        ECPSIM_MEMCPY(row, f->W + ld * i, (size_t)ld * sizeof(ecp_real));
+        ecp_i_copy(ld, f->W + ld * i, row);
         ecp_i_insert(f->rank_c, ld, f->R, ld, row);
         ecp_i_permute(6 - f->rank_c, f->piv_m, row + f->rank_c);
         ecp_i_insert(f->rank_m, ld - f->rank_c, S, ld, row + f->rank_c);
@@ -5686,7 +5689,7 @@ static void ecp_i_front_pass(const ecp_i_tree *t, ecp_i_front *f, int left)
         for (j = 0; j < n; j++) to[piv[j]] = j >= i ? B[ldb * i + j] : ECP_R(0);
     }
     for (i = 0; i < n; i++, to += n + 1) {
-        ECPSIM_MEMCPY(to, f->M + ld * (6 + i) + 6, (size_t)(n + 1) * sizeof(ecp_real));
+        ecp_i_copy(n + 1, f->M + ld * (6 + i) + 6, to);
     }
 }
 
@@ -5833,7 +5836,7 @@ static ecp_real *ecp_i_pack(int rows, int columns, const ecp_real *A, int ld, ec
 {
     int i;
     for (i = 0; i < rows; i++, A += ld, to += columns) {
-        ECPSIM_MEMCPY(to, A, (size_t)columns * sizeof(ecp_real));
+        ecp_i_copy(columns, A, to);
     }
     return to;
 }
@@ -6450,7 +6453,7 @@ static int ecp_i_island_recover(const ecp_i_island *s, const ecp_real *z, ecp_re
 {
     const ecp_real *v = s->tree.v;
     int i, n = 6 * ecp_i_body_count(s);
-    for (i = 0; i < n; i++) dz[i] = v[i];
+    ecp_i_copy(n, v, dz);
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         ecp_i_block_recover(c, z + c->at, v + (ecp_i_moves_a(c) ? c->ma->at : 0),
@@ -6760,7 +6763,7 @@ static void ecp_i_take_stride(const ecp_i_problem *p, const ecp_real *z, ecp_rea
 {
     ecp_real size = ecp_i_largest(p->n, p->dz), miss = size * s->compliance, along = 0;
     int i;
-    ECPSIM_MEMCPY(p->trial, z, (size_t)p->n * sizeof(ecp_real));
+    ecp_i_copy(p->n, z, p->trial);
     if (!(size > 0)) return;
     for (i = 0; i < p->n && s->stride > 0; i++) along += p->dz[i] * p->drift[i];
     if (along < 0) {
@@ -6779,7 +6782,7 @@ static void ecp_i_take_stride(const ecp_i_problem *p, const ecp_real *z, ecp_rea
     s->miss = miss;
     s->compliance = ecp_i_max(s->compliance, ECP_I_STRIDE_COMPLIANCE);
     for (i = 0; i < ECP_I_MEMORY; i++) s->merits[i] = s->merit;
-    ECPSIM_MEMCPY(p->drift, p->dz, (size_t)p->n * sizeof(ecp_real));
+    ecp_i_copy(p->n, p->dz, p->drift);
 }
 
 /* Does the search go round in a circle? Notes the merit of this iteration. */
@@ -6808,11 +6811,11 @@ static void ecp_i_better_start(const ecp_i_problem *p, ecp_real *z, ecp_i_effort
 {
     ecp_real was = effort->size.largest;
     if (p->velocities == 0 || was < ECP_I_BAD_START) return;
-    ECPSIM_MEMCPY(p->trial, z, (size_t)p->n * sizeof(ecp_real));
+    ecp_i_copy(p->n, z, p->trial);
     ECPSIM_MEMSET(z, 0, (size_t)p->velocities * sizeof(ecp_real));
     ecp_i_evaluate(p, z, 0, effort);
     if (effort->size.largest < was) return;
-    ECPSIM_MEMCPY(z, p->trial, (size_t)p->n * sizeof(ecp_real));
+    ecp_i_copy(p->n, p->trial, z);
     ecp_i_evaluate(p, z, 0, effort);
 }
 
@@ -6844,7 +6847,7 @@ static void ecp_i_repeat(const ecp_i_problem *p, ecp_real before, ecp_real toler
         }
         rest = now->rest;
         merit = s->merit;
-        ECPSIM_MEMCPY(z, p->trial, (size_t)p->n * sizeof(ecp_real));
+        ecp_i_copy(p->n, p->trial, z);
     }
 }
 
@@ -6910,7 +6913,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
         } else if (now->error > 2 * above) {
             s.compliance *= 4;
         }
-        ECPSIM_MEMCPY(z, p->trial, (size_t)p->n * sizeof(ecp_real));
+        ecp_i_copy(p->n, p->trial, z);
         if (t >= 1 && s.compliance == 0) ecp_i_repeat(p, rest, tolerance, relax, z, &s, effort);
         if (ecp_i_at_rounding(now, tolerance)) return 1;
         if (now->error <= tolerance && 2 * now->largest > before &&
@@ -6974,9 +6977,9 @@ static int ecp_i_continue_in_haste(const ecp_i_problem *p, ecp_real tolerance, e
         if (!ecp_i_all_finite(p->n, z)) return 0;
         if (relax > trial) continue;
         trial *= ECP_I_HASTY_TRIALS;
-        ECPSIM_MEMCPY(p->kept, z, (size_t)p->n * sizeof(ecp_real));
+        ecp_i_copy(p->n, z, p->kept);
         if (ecp_i_newton(p, 0, tolerance, ECP_I_HASTY_LIMIT, 0, z, effort)) return 1;
-        ECPSIM_MEMCPY(z, p->kept, (size_t)p->n * sizeof(ecp_real));
+        ecp_i_copy(p->n, p->kept, z);
     }
     return 0;
 }
@@ -6992,16 +6995,16 @@ static int ecp_i_ramp(const ecp_i_problem *p, ecp_real tolerance, int limit, ecp
     int k;
     effort->fallbacks |= ECP_FALLBACK_LOAD;
     p->start(p->self, ECP_I_START_AT_REST, z);
-    ECPSIM_MEMCPY(p->kept, z, (size_t)p->n * sizeof(ecp_real));
+    ecp_i_copy(p->n, z, p->kept);
     for (k = 0; k < 40 && share < 1 && step > ECP_R(1e-3) && !ecp_i_spent(effort); k++) {
         ecp_real next = ecp_i_min(1, share + step);
         p->load(p->self, next);
         if (ecp_i_newton(p, 0, tolerance, limit, 0, z, effort)) {
-            ECPSIM_MEMCPY(p->kept, z, (size_t)p->n * sizeof(ecp_real));
+            ecp_i_copy(p->n, z, p->kept);
             share = next;
             step *= 2;
         } else {
-            ECPSIM_MEMCPY(z, p->kept, (size_t)p->n * sizeof(ecp_real));
+            ecp_i_copy(p->n, p->kept, z);
             step /= 4;
         }
     }
@@ -7017,14 +7020,14 @@ static int ecp_i_attempt(const ecp_i_problem *p, int warm, const ecp_options *o,
     if (ecp_i_newton(p, warm, o->tolerance, o->max_iterations, 0, z, effort)) return 1;
     if (ecp_i_spent(effort)) return 0;
     if (ECP_I_PAIRS && warm && p->gather && ecp_i_may(o, ECP_FALLBACK_WORKING_SET)) {
-        ECPSIM_MEMCPY(p->stalled, z, (size_t)p->n * sizeof(ecp_real));
+        ecp_i_copy(p->n, z, p->stalled);
         if (p->gather(p->self, p, o, z, effort)) return 1;
         if (ecp_i_spent(effort)) return 0;
-        ECPSIM_MEMCPY(z, p->stalled, (size_t)p->n * sizeof(ecp_real));
+        ecp_i_copy(p->n, p->stalled, z);
         ecp_i_evaluate(p, z, 0, effort);
     }
     if (warm && p->stalled && ecp_i_is_large(p) && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
-        ECPSIM_MEMCPY(p->stalled, z, (size_t)p->n * sizeof(ecp_real));
+        ecp_i_copy(p->n, z, p->stalled);
         if (ecp_i_may(o, ECP_FALLBACK_GEOMETRIC)) {
             effort->fallbacks |= ECP_FALLBACK_GEOMETRIC;
             p->start(p->self, 2, z);
@@ -7032,7 +7035,7 @@ static int ecp_i_attempt(const ecp_i_problem *p, int warm, const ecp_options *o,
         }
         p->start(p->self, 0, z);
         if (ecp_i_continue_in_haste(p, o->tolerance, z, effort)) return 1;
-        ECPSIM_MEMCPY(z, p->stalled, (size_t)p->n * sizeof(ecp_real));
+        ecp_i_copy(p->n, p->stalled, z);
         ecp_i_evaluate(p, z, 0, effort);
     }
     if (!p->repair || !ecp_i_may(o, ECP_FALLBACK_GEOMETRIC)) return 0;
@@ -7271,10 +7274,10 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     p.load = NULL;
     p.kept = p.stalled = NULL;
     p.velocities = p.large = p.hurries = 0;
-    ECPSIM_MEMCPY(s.z0, z, (size_t)size * sizeof(ecp_real));
+    ecp_i_copy(size, z, s.z0);
     effort = ecp_i_effort_after(&o, 0);
     solved = ecp_i_solve(&p, &o, work, &effort);
-    if (solved) ECPSIM_MEMCPY(z, work, (size_t)size * sizeof(ecp_real));
+    if (solved) ecp_i_copy(size, work, z);
     if (report) {
         report->iterations = effort.iterations;
         report->evaluations = effort.evaluations;
@@ -8088,8 +8091,8 @@ static void ecp_i_spots_round(ecp_i_island *s, ecp_real *z)
     }
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
-        if (!ecp_i_moves_a(c)) ECPSIM_MEMCPY(c->ma->residual, c->ma->v, sizeof c->ma->v);
-        if (!ecp_i_moves_b(c)) ECPSIM_MEMCPY(c->mb->residual, c->mb->v, sizeof c->mb->v);
+        if (!ecp_i_moves_a(c)) ecp_i_copy(6, c->ma->v, c->ma->residual);
+        if (!ecp_i_moves_b(c)) ecp_i_copy(6, c->mb->v, c->mb->residual);
         ecp_i_spots_find(c, s->h);
         ecp_i_sample_apply(c);
     }
@@ -9561,9 +9564,11 @@ static void ecp_i_start_warm(const ecp_i_island *s, const ecp_i_pair *c, ecp_rea
     ecp_i_copy3(old->a, a);
     if (!ecp_i_on_plane(c)) ecp_i_carry_ecp(c, old, s->h, a);
     ecp_i_scale(1 / c->L, a, y);
-    for (i = 0; i < c->nl; i++) y[3 + i] = multipliers[i];
-    for (i = 0; i < ecp_i_nm(c); i++) y[ecp_i_at_m(c) + i] = multipliers[c->nl + i];
-    if (!ecp_i_on_plane(c)) y[ecp_i_at_d(c)] = contact->gap / (s->h * c->V);
+    ecp_i_copy(c->nl, multipliers, y + 3);
+    if (!ecp_i_on_plane(c)) {
+        ecp_i_copy(c->nm, multipliers + c->nl, y + ecp_i_at_m(c));
+        y[ecp_i_at_d(c)] = contact->gap / (s->h * c->V);
+    }
     for (i = 0; i <= ecp_i_nf(c); i++) y[ecp_i_at_p(c) + i] = 0;
 }
 
@@ -9693,7 +9698,7 @@ static void ecp_i_start_all(ecp_i_island *s, int k, int first, int bare, ecp_rea
     int i, j;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
-        ECPSIM_MEMCPY(dv, m->free, sizeof dv);
+        ecp_i_copy(6, m->free, dv);
         for (j = 0; k > 2 && k < 7 && j < 6; j++) {
             dv[j] = parts[k - 3] * (m->body->v[j] + m->free[j]) - m->body->v[j];
         }
@@ -9908,7 +9913,7 @@ static int ecp_i_join(const ecp_i_island *s, int most, ecp_real *z)
 /* Back to the last solution; those that have joined since then go to the state `set`. */
 static void ecp_i_take_back(const ecp_i_island *s, const ecp_i_problem *p, int set, ecp_real *z)
 {
-    ECPSIM_MEMCPY(z, p->kept, (size_t)p->n * sizeof(ecp_real));
+    ecp_i_copy(p->n, p->kept, z);
     ecp_i_change_set(s, ECP_I_NEW, set);
     ecp_i_change_set(s, ECP_I_LET, ECP_I_IN);
 }
@@ -9947,7 +9952,7 @@ static int ecp_i_island_gather(void *self, const ecp_i_problem *p, const ecp_opt
     for (round = 0; more > 0 && round < ECP_I_GATHERINGS && !ecp_i_spent(effort); round++) {
         ecp_i_sort_patches(s);
         if (ecp_i_newton(p, 0, o->tolerance, o->max_iterations, 0, z, effort)) {
-            ECPSIM_MEMCPY(p->kept, z, (size_t)p->n * sizeof(ecp_real));
+            ecp_i_copy(p->n, z, p->kept);
             ecp_i_find_depths(s, o->tolerance);
             if (joined > 0) most = 2 * most < s->all ? 2 * most : s->all;
             gone = 0;
@@ -9987,7 +9992,7 @@ static void ecp_i_island_load(void *self, ecp_real share)
         ecp_i_scale(m->mass, m->body->v, momentum);
         ecp_i_spin_momentum(m->R0, m->body->inertia, m->body->v + 3, momentum + 3);
         for (k = 0; k < 6; k++) m->kick[k] = share * m->whole[k] - (1 - share) * momentum[k];
-        if (!(share < 1)) ECPSIM_MEMCPY(m->kick, m->whole, sizeof m->kick);
+        if (!(share < 1)) ecp_i_copy(6, m->whole, m->kick);
     }
 }
 
@@ -10134,7 +10139,7 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
             if (!(t > 0)) return 0;
             continue;
         }
-        ECPSIM_MEMCPY(z, best, (size_t)p->n * sizeof(ecp_real));
+        ecp_i_copy(p->n, best, z);
         p->residual(s, z, 0, p->F, &effort->size);
         return 0;
     }
@@ -10146,8 +10151,8 @@ static ecp_real ecp_i_pair_separation(ecp_i_pair *c)
 {
     ecp_i_posed A, B;
     ecp_real unit[3], at[3];
-    ECPSIM_MEMCPY(A.Q, c->Qa, sizeof A.Q);
-    ECPSIM_MEMCPY(B.Q, c->Qb, sizeof B.Q);
+    ecp_i_copy(9, c->Qa, A.Q);
+    ecp_i_copy(9, c->Qb, B.Q);
     ecp_i_pose_turned(c, 0, 1, &A);
     ecp_i_pose_turned(c, 1, 1, &B);
     if (ecp_i_on_plane(c)) return ecp_i_plane_gap(&A, &B, 0, unit, at);
@@ -10170,7 +10175,6 @@ static void ecp_i_record(ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp
     const ecp_i_body *body = c->ma->body;
     ecp_contact *k = &c->record->contact;
     ecp_real centre[3];
-    int i;
     c->record->centred = o->rule == ECP_CENTRED;
     k->shape_a = c->shape_a;
     k->shape_b = c->shape_b;
@@ -10190,8 +10194,8 @@ static void ecp_i_record(ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp
         k->e_o = c->e[1];
         k->e_r = c->e[2];
     }
-    for (i = 0; i < c->nl; i++) c->multipliers[i] = y[3 + i];
-    for (i = 0; i < ecp_i_nm(c); i++) c->multipliers[c->nl + i] = y[ecp_i_at_m(c) + i];
+    ecp_i_copy(c->nl, y + 3, c->multipliers);
+    if (!ecp_i_on_plane(c)) ecp_i_copy(c->nm, y + ecp_i_at_m(c), c->multipliers + c->nl);
     k->mode = ECP_APART;
     if (ecp_i_nf(c) == 0) ecp_i_tangents(c);
     ecp_i_copy3(c->t, k->direction_t);
@@ -10685,8 +10689,7 @@ static ecp_status ecp_i_commit(ecp_i_step *s)
         const ecp_i_pair *c = s->pairs + i;
         if (ecp_i_left_out(c)) continue;
         ECPSIM_MEMCPY(ecp_i_patches(w) + k, c->record, sizeof(ecp_i_patch));
-        ECPSIM_MEMCPY(ecp_i_multipliers(w, k), c->multipliers,
-                      (size_t)w->desc.max_inequalities * sizeof(ecp_real));
+        ecp_i_copy(w->desc.max_inequalities, c->multipliers, ecp_i_multipliers(w, k));
         k++;
     }
     w->patches = k;
@@ -11484,7 +11487,7 @@ static void ecp_i_spin_change(const ecp_i_body *b, ecp_real L[3])
 {
     ecp_real R[9], root[9], own[3];
     ecp_quat_to_matrix(b->q, R);
-    ECPSIM_MEMCPY(root, b->inertia, sizeof root);
+    ecp_i_copy(9, b->inertia, root);
     ecp_i_root(root);
     ecp_i_mul_t(R, L, own);
     ecp_i_root_solve(root, own);

@@ -1103,6 +1103,12 @@ static ecp_real ecp_i_sqrt(ecp_real x) { return ECPSIM_SQRT(x); }
 static ecp_real ecp_i_max(ecp_real a, ecp_real b) { return a > b ? a : b; }
 static ecp_real ecp_i_min(ecp_real a, ecp_real b) { return a < b ? a : b; }
 
+/* *most = max(*most, value) */
+static void ecp_i_raise(ecp_real *most, ecp_real value)
+{
+    if (!(*most > value)) *most = value;
+}
+
 /* |x|: one instruction where the compiler offers it by name. It does not find it in the last form, as
    -0 has to lose its sign. */
 static ecp_real ecp_i_abs(ecp_real x)
@@ -6146,11 +6152,11 @@ static int ecp_i_island_is_large(const ecp_i_island *s)
 static void ecp_i_pair_noise(const ecp_i_pair *c, ecp_real h, ecp_real tiny)
 {
     ecp_real noise = (c->d_noise + tiny * c->L) / h, jitter = c->d_noise / h;
-    c->ma->jitter = ecp_i_max(c->ma->jitter, jitter);
-    c->mb->jitter = ecp_i_max(c->mb->jitter, jitter);
+    ecp_i_raise(&c->ma->jitter, jitter);
+    ecp_i_raise(&c->mb->jitter, jitter);
     if (ecp_i_on_plane(c)) return;
-    c->ma->noise = ecp_i_max(c->ma->noise, noise);
-    c->mb->noise = ecp_i_max(c->mb->noise, noise);
+    ecp_i_raise(&c->ma->noise, noise);
+    ecp_i_raise(&c->mb->noise, noise);
 }
 
 static ecp_real ecp_i_largest(int n, const ecp_real *F)
@@ -6780,7 +6786,7 @@ static void ecp_i_take_stride(const ecp_i_problem *p, const ecp_real *z, ecp_rea
         s->stride /= 2;
     }
     s->miss = miss;
-    s->compliance = ecp_i_max(s->compliance, ECP_I_STRIDE_COMPLIANCE);
+    ecp_i_raise(&s->compliance, ECP_I_STRIDE_COMPLIANCE);
     for (i = 0; i < ECP_I_MEMORY; i++) s->merits[i] = s->merit;
     ecp_i_copy(p->n, p->dz, p->drift);
 }
@@ -9378,23 +9384,23 @@ static ecp_real ecp_i_island_speed(const ecp_i_island *s)
         const ecp_i_motion *m = ecp_i_mover(s, i);
         const ecp_real *v = m->v, *v0 = m->body->v;
         ecp_real linear = ecp_i_max(ecp_i_dot(v, v), ecp_i_dot(v0, v0));
-        speed = ecp_i_max(speed, 64 * ECP_I_EPSILON * m->length / s->h);
-        speed = ecp_i_max(speed, ecp_i_sqrt(linear));
-        speed = ecp_i_max(speed, ecp_i_spin_speed(m, v + 3));
-        speed = ecp_i_max(speed, ecp_i_spin_speed(m, v0 + 3));
+        ecp_i_raise(&speed, 64 * ECP_I_EPSILON * m->length / s->h);
+        ecp_i_raise(&speed, ecp_i_sqrt(linear));
+        ecp_i_raise(&speed, ecp_i_spin_speed(m, v + 3));
+        ecp_i_raise(&speed, ecp_i_spin_speed(m, v0 + 3));
     }
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         const ecp_i_motion *other = ecp_i_moves_b(c) ? c->ma : c->mb;
         const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
-        if (!other->dynamic) speed = ecp_i_max(speed, ecp_i_norm(other->v));
-        speed = ecp_i_max(speed, ecp_i_sweep_speed(c->a, c->ma, c->ma->v + 3));
-        speed = ecp_i_max(speed, ecp_i_sweep_speed(c->a, c->ma, c->ma->body->v + 3));
+        if (!other->dynamic) ecp_i_raise(&speed, ecp_i_norm(other->v));
+        ecp_i_raise(&speed, ecp_i_sweep_speed(c->a, c->ma, c->ma->v + 3));
+        ecp_i_raise(&speed, ecp_i_sweep_speed(c->a, c->ma, c->ma->body->v + 3));
         if (!ecp_i_on_plane(c)) {
-            speed = ecp_i_max(speed, ecp_i_sweep_speed(c->b, c->mb, c->mb->v + 3));
-            speed = ecp_i_max(speed, ecp_i_sweep_speed(c->b, c->mb, c->mb->body->v + 3));
+            ecp_i_raise(&speed, ecp_i_sweep_speed(c->b, c->mb, c->mb->v + 3));
+            ecp_i_raise(&speed, ecp_i_sweep_speed(c->b, c->mb, c->mb->body->v + 3));
         }
-        speed = ecp_i_max(speed, ecp_i_depth(c, old, c->n) / s->h);
+        ecp_i_raise(&speed, ecp_i_depth(c, old, c->n) / s->h);
     }
     return ecp_i_power_of_two(speed);
 }
@@ -10493,7 +10499,7 @@ static void ecp_i_record_island(ecp_i_step *step, ecp_i_island *s, const ecp_rea
         if (ECP_I_PAIRS && !(c->record->contact.p_n > 0)) ecp_i_drop_impulse(c);
         if (centred <= 0) c->record->centred = centred;
         if (!ECP_I_FRICTION) continue;
-        step->r->worst_cone = ecp_i_max(step->r->worst_cone, ecp_i_cone_violation(c));
+        ecp_i_raise(&step->r->worst_cone, ecp_i_cone_violation(c));
     }
     if (ECP_I_PAIRS) step->without += s->all - s->pair_count;
 }
@@ -10731,7 +10737,7 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
     if (status == ECP_OK && !asleep) status = ecp_i_verify(&s);
     if (status == ECP_OK && !asleep) status = ecp_i_commit(&s);
     for (i = 0; status == ECP_OK && i < world->bodies; i++) {
-        r->largest_turn = ecp_i_max(r->largest_turn, h * ecp_i_norm(s.motions[i].v + 3));
+        ecp_i_raise(&r->largest_turn, h * ecp_i_norm(s.motions[i].v + 3));
     }
     ecp_i_arena_mark(&s.arena);
     if (s.arena.most + spare > r->memory_used) r->memory_used = s.arena.most + spare;

@@ -7466,6 +7466,12 @@ static void ecp_i_pose(const ecp_i_pair *c, int side, int at_end, ecp_i_posed *p
     ecp_i_pose_turned(c, side, at_end, p);
 }
 
+static void ecp_i_poses(const ecp_i_pair *c, int at_end, ecp_i_posed *A, ecp_i_posed *B)
+{
+    ecp_i_pose(c, 0, at_end, A);
+    ecp_i_pose(c, 1, at_end, B);
+}
+
 /* the unit normal from A into the half-space B, and the gap along it */
 static ecp_real ecp_i_plane_gap(const ecp_i_posed *A, const ecp_i_posed *B, ecp_real flat,
                                 ecp_real n[3], ecp_real at[3])
@@ -7539,8 +7545,7 @@ static ecp_real ecp_i_passes(const ecp_i_pair *c, const ecp_real n[3])
     ecp_i_posed A, B;
     ecp_real at_a[3], at_b[3], before[3], local[3], turned[3], depth;
     const ecp_i_motion *m = ecp_i_norm(c->ma->v + 3) > ecp_i_norm(c->mb->v + 3) ? c->mb : c->ma;
-    ecp_i_pose(c, 0, 0, &A);
-    ecp_i_pose(c, 1, 0, &B);
+    ecp_i_poses(c, 0, &A, &B);
     depth = -ecp_i_separation(&A, &B, n);
     if (depth <= ecp_i_slack(c)) return 0;
     if (!(ecp_i_distance(&A, &B, at_a, at_b, before) > 0) &&
@@ -7589,10 +7594,8 @@ static void ecp_i_shorter_way(const ecp_i_pair *c, ecp_real h, ecp_i_posed *A, e
     ecp_i_posed A0, B0, A1, B1;
     ecp_real local[3], before[3], after[3], out[3], best, way;
     int side, i;
-    ecp_i_pose(c, 0, 0, &A0);
-    ecp_i_pose(c, 1, 0, &B0);
-    ecp_i_pose(c, 0, 1, &A1);
-    ecp_i_pose(c, 1, 1, &B1);
+    ecp_i_poses(c, 0, &A0, &B0);
+    ecp_i_poses(c, 1, &A1, &B1);
     best = ecp_i_coasting(c, &A0, &B0, h, n);
     ecp_i_copy3(n, out);
     for (side = 0; side < 2 && best < -ecp_i_slack(c); side++) {
@@ -7640,8 +7643,7 @@ static void ecp_i_pair_nearest(const ecp_i_pair *c, int from_end, ecp_real h, ec
     ecp_real x[3];
     int at_end;
     for (at_end = from_end; at_end >= 0; at_end--) {
-        ecp_i_pose(c, 0, at_end, &A);
-        ecp_i_pose(c, 1, at_end, &B);
+        ecp_i_poses(c, at_end, &A, &B);
         if (ecp_i_distance(&A, &B, at_a, at_b, n) > 0 && !(at_end && ecp_i_passes(c, n) > 0)) break;
     }
     if (at_end < 0) ecp_i_move_apart(&A, &B, at_a, at_b, n);
@@ -7659,8 +7661,7 @@ static ecp_real ecp_i_gap_along(const ecp_i_pair *c, int at_end, const ecp_real 
 {
     ecp_i_posed A, B;
     ecp_real x[3], y[3];
-    ecp_i_pose(c, 0, at_end, &A);
-    ecp_i_pose(c, 1, at_end, &B);
+    ecp_i_poses(c, at_end, &A, &B);
     ecp_i_mul(A.Q, a, x);
     ecp_i_add(x, A.x, x);
     ecp_i_mul(B.Q, b, y);
@@ -7679,8 +7680,7 @@ static ecp_real ecp_i_depth(const ecp_i_pair *c, const ecp_i_patch *old, ecp_rea
         ecp_i_scale(-1, old->contact.normal, n);
         return ecp_i_max(0, -old->contact.gap);
     }
-    ecp_i_pose(c, 0, 0, &A);
-    ecp_i_pose(c, 1, 0, &B);
+    ecp_i_poses(c, 0, &A, &B);
     if (ecp_i_on_plane(c)) return ecp_i_max(0, -ecp_i_plane_gap(&A, &B, 0, n, a));
     ecp_i_pair_nearest(c, 0, 0, a, b, n);
     return ecp_i_max(0, -ecp_i_gap_along(c, 0, a, b, n));
@@ -7704,8 +7704,7 @@ static void ecp_i_touches(const ecp_i_pair *c, ecp_i_posed *A, ecp_real a[3], ec
 {
     ecp_i_posed A0, B0;
     ecp_real n0[3], at[3];
-    ecp_i_pose(c, 0, 0, &A0);
-    ecp_i_pose(c, 1, 0, &B0);
+    ecp_i_poses(c, 0, &A0, &B0);
     if (ecp_i_plane_gap(&A0, &B0, ECP_I_FLAT, n0, at) >
         ecp_i_sqrt(ECP_I_EPSILON) * A0.shape->radius)
         return;
@@ -7747,8 +7746,7 @@ static void ecp_i_start_geometric(ecp_i_pair *c, ecp_real h, const ecp_real *gue
     ecp_real a[3], b[3], n[3], local[3], world_a[3], gap;
     int i;
     for (i = 0; i < c->count; i++) y[i] = 0;
-    ecp_i_pose(c, 0, 1, &A);
-    ecp_i_pose(c, 1, 1, &B);
+    ecp_i_poses(c, 1, &A, &B);
     if (ecp_i_on_plane(c)) {
         gap = ecp_i_plane_gap(&A, &B, flat, n, world_a);
         ecp_i_sub(world_a, A.x, local);
@@ -7827,8 +7825,7 @@ static int ecp_i_tilted_nearest(const ecp_i_pair *c, const ecp_real n[3], const 
     ecp_real tilt[3], x[3], normal[3];
     int at_end;
     for (at_end = 1; at_end >= 0; at_end--) {
-        ecp_i_pose(c, 0, at_end, &A);
-        ecp_i_pose(c, 1, at_end, &B);
+        ecp_i_poses(c, at_end, &A, &B);
         ecp_i_cross(side, n, tilt);
         ecp_i_scale(ECP_I_TILT, tilt, tilt);
         ecp_i_tilt(tilt, A.Q);
@@ -7908,8 +7905,7 @@ static void ecp_i_spots_find(ecp_i_pair *c, ecp_real h)
     ecp_i_posed A, B;
     ecp_real n[3], at[3], side[3], u[3], local[3];
     int i, k;
-    ecp_i_pose(c, 0, 1, &A);
-    ecp_i_pose(c, 1, 1, &B);
+    ecp_i_poses(c, 1, &A, &B);
     if (ecp_i_on_plane(c))
         ecp_i_plane_gap(&A, &B, 0, n, at);
     else
@@ -8058,8 +8054,7 @@ static void ecp_i_spots_gather(ecp_i_pair *c, ecp_real h, ecp_real *y)
     y[ecp_i_at_p(c)] = p / c->P;
     for (k = 0; k < ecp_i_nf(c); k++) y[ecp_i_at_p(c) + 1 + k] = sample->y[k] / c->P;
     ecp_i_scale(-1, c->N, n);
-    ecp_i_pose(c, 0, 1, &A);
-    ecp_i_pose(c, 1, 1, &B);
+    ecp_i_poses(c, 1, &A, &B);
     ecp_i_start_at(c, &A, &B, a, b, n, y);
 }
 
@@ -8735,8 +8730,7 @@ static int ecp_i_near(const ecp_i_step *s, const ecp_i_pair *c, const ecp_i_patc
     ecp_i_sub(c->ma->dx, c->mb->dx, move);
     reach = ECP_R(1.5) * ecp_i_norm(move) + s->margins[c->shape_a] + s->margins[c->shape_b];
     if (known && old->contact.gap <= reach) return 1;
-    ecp_i_pose(c, 0, 0, &A);
-    ecp_i_pose(c, 1, 0, &B);
+    ecp_i_poses(c, 0, &A, &B);
     if (ecp_i_on_plane(c)) {
         if (c->mb->body->kind == ECP_KINEMATIC) {
             reach += ECP_R(1.5) * s->h * ecp_i_norm(c->mb->v + 3) *
@@ -8783,8 +8777,7 @@ static int ecp_i_meets_at_corner(const ecp_i_pair *c, ecp_real *f, ecp_real n[3]
 {
     ecp_i_posed A, B, apart;
     ecp_real at[2][3], gap, slack = ecp_i_slack(c);
-    ecp_i_pose(c, 0, 0, &A);
-    ecp_i_pose(c, 1, 0, &B);
+    ecp_i_poses(c, 0, &A, &B);
     apart = B;
     gap = ecp_i_distance(&A, &B, at[0], at[1], n);
     if (gap > slack) return 0;
@@ -8833,8 +8826,7 @@ static int ecp_i_touching(const ecp_i_step *s, const ecp_i_pair *c, const ecp_re
 {
     ecp_i_posed A, B;
     ecp_real n[3], at_a[3], limit;
-    ecp_i_pose(c, 0, 1, &A);
-    ecp_i_pose(c, 1, 1, &B);
+    ecp_i_poses(c, 1, &A, &B);
     if (ecp_i_on_plane(c)) return ecp_i_plane_gap(&A, &B, 0, n, at_a) < 0;
     limit = ecp_i_let_pass(c, s->o->tolerance);
     if (along && ecp_i_separation(&A, &B, along) >= -limit) return 0;
@@ -9617,8 +9609,7 @@ static int ecp_i_turns_up(const ecp_i_pair *c, const ecp_i_patch *old)
     ecp_i_posed A, B;
     ecp_real n[3];
     if (ecp_i_on_plane(c) || old->contact.p_n > 0) return 0;
-    ecp_i_pose(c, 0, 1, &A);
-    ecp_i_pose(c, 1, 1, &B);
+    ecp_i_poses(c, 1, &A, &B);
     ecp_i_scale(-1, old->contact.normal, n);
     return ecp_i_separation(&A, &B, n) < -ecp_i_slack(c);
 }
@@ -9861,8 +9852,7 @@ static ecp_real ecp_i_depth_without(ecp_i_pair *c, ecp_real tolerance)
     ecp_i_posed A, B, moved;
     ecp_real at[2][3], n[3], apart, size = ecp_i_min(c->a->shape.radius, c->b->shape.radius);
     ecp_real limit = ecp_i_let_pass(c, tolerance);
-    ecp_i_pose(c, 0, 1, &A);
-    ecp_i_pose(c, 1, 1, &B);
+    ecp_i_poses(c, 1, &A, &B);
     moved = B;
     if (!(ecp_i_distance(&A, &B, at[0], at[1], n) > 0))
         ecp_i_move_apart(&A, &moved, at[0], at[1], n);

@@ -6082,8 +6082,9 @@ static int ecp_i_tree_solve(ecp_i_tree *t, ecp_i_arena *arena, int n, const ecp_
     t->many = 0;
     for (k = 0; k < n; k++) {
         ecp_i_front *f = t->fronts + k;
-        if (!ecp_i_front_factor(t, arena, f, motions + bodies[ecp_i_front_body(f)],
-                                b + 6 * ecp_i_front_body(f)))
+        int body = ecp_i_front_body(f);
+        if (!ecp_i_front_factor(t, arena, f, motions + (ECP_I_PAIRS ? bodies[body] : 0),
+                                b + 6 * body))
             return 0;
         t->many += f->forces + f->open - f->rank_b - ecp_i_passed(f);
     }
@@ -6106,7 +6107,7 @@ static int ecp_i_tree_again(ecp_i_tree *t, ecp_i_arena *arena, int n, const ecp_
 /* >>island: the problem of a group of bodies that touch */
 
 typedef struct ecp_i_island {
-    ecp_i_motion *motions;   /* of all bodies */
+    ecp_i_motion *motions;   /* of all bodies (ecp_i_mover) */
     int *bodies, body_count; /* indices of the island's dynamic bodies */
     ecp_i_pair **pairs;
     int pair_count, unknowns;
@@ -6128,10 +6129,13 @@ typedef struct ecp_i_island {
     ecp_i_tree tree;
 } ecp_i_island;
 
-/* without pairs an island is one body and the patches that it has with half-spaces */
+/* without pairs an island is one body, which `motions` begins with, and the patches that it has with half-spaces */
 static int ecp_i_body_count(const ecp_i_island *s) { return ECP_I_PAIRS ? s->body_count : 1; }
 
-static ecp_i_motion *ecp_i_mover(const ecp_i_island *s, int i) { return s->motions + s->bodies[i]; }
+static ecp_i_motion *ecp_i_mover(const ecp_i_island *s, int i)
+{
+    return s->motions + (ECP_I_PAIRS ? s->bodies[i] : i);
+}
 
 /* From so many unknowns on (piles of 50 bodies) what follows Newton from the warm start comes in another
    order, searches that go round in a circle are stopped, and centring is given up earlier. Large piles take
@@ -10295,12 +10299,12 @@ static void ecp_i_gather_island(const ecp_i_step *step, int label, ecp_i_island 
 {
     int i;
     s->body_count = s->pair_count = 0;
-    for (i = label; i >= 0; i = s->motions[i].next_body) {
-        s->motions[i].at = 6 * s->body_count;
+    for (i = label; i >= 0; i = ECP_I_PAIRS ? step->motions[i].next_body : -1) {
+        step->motions[i].at = 6 * s->body_count;
         s->bodies[s->body_count++] = i;
     }
     s->unknowns = 6 * s->body_count;
-    for (i = s->motions[label].first_pair; i >= 0; i = step->pairs[i].next_pair) {
+    for (i = step->motions[label].first_pair; i >= 0; i = step->pairs[i].next_pair) {
         ecp_i_pair *c = step->pairs + i;
         c->at = s->unknowns;
         s->unknowns += c->count;
@@ -10345,7 +10349,7 @@ static void ecp_i_open_island(ecp_i_step *step, int label, ecp_i_island *s)
     s->loose = 0;
     s->tree.fronts = NULL;
     s->tree.planned = 0;
-    s->motions = step->motions;
+    s->motions = step->motions + (ECP_I_PAIRS ? 0 : label);
     s->bodies = step->bodies;
     s->pairs = step->members;
     s->arena = &step->arena;

@@ -4926,44 +4926,48 @@ static int ecp_i_seat_all(const ecp_i_pair *c, int a, int b, ecp_i_seat seats[12
     return count;
 }
 
+/* column number k of the block, how it changes under t, which is nothing again afterwards */
+static void ecp_i_block_column(const ecp_i_pair *c, const ecp_i_slopes *s, ecp_real h, int k,
+                               ecp_i_change *t)
+{
+    ecp_i_column(c, s, t, h, c->block + k);
+    ECPSIM_MEMSET(t, 0, sizeof *t);
+}
+
 /* one column for each own unknown and each velocity of a dynamic body */
 static void ecp_i_block_columns(ecp_i_pair *c, const ecp_i_slopes *s, ecp_real h)
 {
     ecp_i_change t;
     int i, k, side, column = 0, first = ecp_i_on_plane(c) ? 3 : 4, ld = c->columns;
+    ECPSIM_MEMSET(&t, 0, sizeof t);
     for (k = 0; k < 3; k++, column++) {
         ecp_real unit[3] = {0, 0, 0};
         unit[k] = 1;
-        ECPSIM_MEMSET(&t, 0, sizeof t);
         ecp_i_change_ecp(c, unit, &t);
         if (c->compliance > 0) ecp_i_change_tilt(c, unit, &t);
-        ecp_i_column(c, s, &t, h, c->block + column);
+        ecp_i_block_column(c, s, h, column, &t);
         for (i = 0; i < c->kl; i++) {
             int j = c->active_a[i];
             c->block[ld * (first + i) + column] = -c->slope_a[j] * c->ga[3 * j + k];
         }
     }
     for (i = 0; i < c->kl; i++, column++) {
-        ECPSIM_MEMSET(&t, 0, sizeof t);
         ecp_i_change_cone(c, c->ga + 3 * c->active_a[i], &t);
-        ecp_i_column(c, s, &t, h, c->block + column);
+        ecp_i_block_column(c, s, h, column, &t);
         c->block[ld * (first + i) + column] = c->fixed_a[c->active_a[i]];
     }
     if (!ecp_i_on_plane(c)) {
-        ECPSIM_MEMSET(&t, 0, sizeof t);
         t.d = h * c->V;
-        ecp_i_column(c, s, &t, h, c->block + column++);
+        ecp_i_block_column(c, s, h, column++, &t);
     }
     for (i = 0; i < ecp_i_km(c); i++, column++) {
-        ECPSIM_MEMSET(&t, 0, sizeof t);
         ecp_i_copy3(c->on_b->gb + 3 * c->on_b->active_b[i], t.rows);
-        ecp_i_column(c, s, &t, h, c->block + column);
+        ecp_i_block_column(c, s, h, column, &t);
         c->block[ld * (first + c->kl + i) + column] += c->on_b->fixed_b[c->on_b->active_b[i]];
     }
     for (i = 0; i <= ecp_i_nf(c); i++, column++) {
-        ECPSIM_MEMSET(&t, 0, sizeof t);
         t.p[i] = 1;
-        ecp_i_column(c, s, &t, h, c->block + column);
+        ecp_i_block_column(c, s, h, column, &t);
     }
     for (side = 0; side < ECP_I_MOVERS; side++) {
         const ecp_i_motion *m = side ? c->mb : c->ma;
@@ -4971,9 +4975,8 @@ static void ecp_i_block_columns(ecp_i_pair *c, const ecp_i_slopes *s, ecp_real h
         for (i = side && ecp_i_moves_a(c) ? 3 : 0; i < 6; i++, column++) {
             ecp_real unit[6] = {0, 0, 0, 0, 0, 0};
             unit[i] = 1;
-            ECPSIM_MEMSET(&t, 0, sizeof t);
             ecp_i_change_motion(c, m, h, unit, &t);
-            ecp_i_column(c, s, &t, h, c->block + column);
+            ecp_i_block_column(c, s, h, column, &t);
         }
     }
 }

@@ -6704,10 +6704,10 @@ static int ecp_i_in_haste(const ecp_i_problem *p) { return ECP_I_PAIRS && p->hur
 /* the residual from which on a warm start has a rival */
 #define ECP_I_BAD_START ECP_R(1e-2)
 
-/* a search in progress: the last merits; the compliance; the length of the last stride, and what it was
-   to mend */
+/* a search in progress: ecp_i_aim and ecp_i_content; the last merits; the compliance; the length of the last
+   stride, and what it was to mend */
 typedef struct ecp_i_search {
-    ecp_real merits[ECP_I_MEMORY], slack, merit, fine, compliance, stride, miss;
+    ecp_real aim, content, merits[ECP_I_MEMORY], slack, merit, fine, compliance, stride, miss;
 } ecp_i_search;
 
 /* the lowest merit of a search, and for how many iterations none was lower */
@@ -6736,10 +6736,11 @@ static void ecp_i_try(const ecp_i_problem *p, const ecp_real *z, ecp_real t, ecp
 }
 
 /* Is a residual worse than one that was well below the tolerance? */
-static int ecp_i_is_worse(const ecp_i_size *was, const ecp_i_size *now, ecp_real tolerance)
+static int ecp_i_is_worse(const ecp_i_size *was, const ecp_i_size *now, ecp_real tolerance,
+                          const ecp_i_search *s)
 {
-    return was->error <= ecp_i_content(tolerance) && now->error > was->error &&
-           now->largest > was->largest && (!ECP_I_FRICTION || was->friction <= tolerance);
+    return was->error <= s->content && now->error > was->error && now->largest > was->largest &&
+           (!ECP_I_FRICTION || was->friction <= tolerance);
 }
 
 /* The non-monotone Armijo rule along dz. Returns the part of the step that is taken, or 0. */
@@ -6758,7 +6759,7 @@ static ecp_real ecp_i_line_search(const ecp_i_problem *p, const ecp_real *z, ecp
     s->slack /= 4;
     for (; t >= shortest; t /= 2) {
         ecp_i_try(p, z, t, relax, s, effort);
-        if (now->error <= tolerance && !ecp_i_is_worse(&was, now, tolerance)) return t;
+        if (now->error <= tolerance && !ecp_i_is_worse(&was, now, tolerance, s)) return t;
         if (was.error <= tolerance) return 0;
         if (s->merit <= (1 - ECP_R(2e-4) * t) * best) return t;
     }
@@ -6811,9 +6812,9 @@ static int ecp_i_circles(const ecp_i_search *s, ecp_i_lowest *lowest)
 
 /* are all rows at rounding, so that another iteration would only stir it? Momentum may be off by what its
    sum rounds, which in a tall stack is more than there is to be gained. */
-static int ecp_i_at_rounding(const ecp_i_size *size, ecp_real tolerance)
+static int ecp_i_at_rounding(const ecp_i_size *size, const ecp_i_search *s)
 {
-    return size->error <= ecp_i_aim(tolerance) && size->rest <= ecp_i_content(tolerance) / 8;
+    return size->error <= s->aim && size->rest <= s->content / 8;
 }
 
 /* The velocities of a warm start balance its impulses. A body that is held takes up in its impulses what
@@ -6841,16 +6842,14 @@ static void ecp_i_better_start(const ecp_i_problem *p, ecp_real *z, ecp_i_effort
    more of them where four would come down to rounding. The error of such a step is what it moves times what the
    iterates have moved since the derivative was taken, so it lowers the residual by twice the ratio by which the Newton
    step has. One that does not halve it is taken back, and Newton goes on. */
-static void ecp_i_repeat(const ecp_i_problem *p, ecp_real before, ecp_real tolerance,
-                         ecp_real relax, ecp_real *z, ecp_i_search *s, ecp_i_effort *effort)
+static void ecp_i_repeat(const ecp_i_problem *p, ecp_real before, ecp_real relax, ecp_real *z,
+                         ecp_i_search *s, ecp_i_effort *effort)
 {
     const ecp_i_size *now = &effort->size;
     ecp_real ratio = 2 * now->rest / before, rest = now->rest, merit = s->merit;
-    int k, most = rest * ratio * ratio * ratio * ratio <= ecp_i_content(tolerance) / 8
-                      ? ECP_I_REPEATS
-                      : 1;
+    int k, most = rest * ratio * ratio * ratio * ratio <= s->content / 8 ? ECP_I_REPEATS : 1;
     if (!ECP_I_PAIRS || !p->again || !(ratio <= ECP_I_REPEAT_RATIO)) return;
-    for (k = 0; k < most && !ecp_i_at_rounding(now, tolerance); k++) {
+    for (k = 0; k < most && !ecp_i_at_rounding(now, s); k++) {
         if (!p->again(p->self, z, p->F, p->dz)) return;
         ecp_i_try(p, z, 1, relax, s, effort);
         if (!(2 * now->rest <= rest)) {
@@ -6879,9 +6878,11 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     const ecp_i_size *now = &effort->size;
     ecp_real before, above, rest, enough, t;
     int k, most = limit, granted = 0, strides = 0;
+    s.aim = ecp_i_aim(tolerance);
+    s.content = ecp_i_content(tolerance);
     ecp_i_evaluate(p, z, relax, effort);
-    if (ecp_i_at_rounding(now, tolerance)) return 1;
-    enough = warm > 1 ? tolerance : ecp_i_content(tolerance);
+    if (ecp_i_at_rounding(now, &s)) return 1;
+    enough = warm > 1 ? tolerance : s.content;
     if (warm && now->error <= enough && (!ECP_I_FRICTION || now->friction <= enough)) return 1;
     if (warm) ecp_i_better_start(p, z, effort);
     for (k = 0; k < ECP_I_MEMORY; k++) s.merits[k] = ecp_i_merit(p->n, p->F);
@@ -6927,10 +6928,10 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             s.compliance *= 4;
         }
         ecp_i_copy(p->n, p->trial, z);
-        if (t >= 1 && s.compliance == 0) ecp_i_repeat(p, rest, tolerance, relax, z, &s, effort);
-        if (ecp_i_at_rounding(now, tolerance)) return 1;
+        if (t >= 1 && s.compliance == 0) ecp_i_repeat(p, rest, relax, z, &s, effort);
+        if (ecp_i_at_rounding(now, &s)) return 1;
         if (now->error <= tolerance && 2 * now->largest > before &&
-            (now->error <= ecp_i_aim(tolerance) || 2 * now->error > above) &&
+            (now->error <= s.aim || 2 * now->error > above) &&
             (!ECP_I_FRICTION || now->friction <= tolerance || granted++)) {
             return 1;
         }

@@ -4161,17 +4161,24 @@ static void ecp_i_tangents(ecp_i_pair *c)
     ecp_i_cross(c->o, c->N, c->t);
 }
 
+/* The point a, at the beginning of the step, from where the primitive of B is placed, which is at `origin` from B's
+   centre of mass. */
+static void ecp_i_from_b(const ecp_i_pair *c, ecp_real origin[3], ecp_real rel[3])
+{
+    ecp_i_mul(c->mb->R0, c->b->position, origin);
+    ecp_i_add(c->offset, c->ra0, rel);
+    ecp_i_sub(rel, origin, rel);
+}
+
 /* The gap of a over the half-space {x : size.x <= size[3]} at the beginning of the step; zero when it
    is no more than its rounding error. */
 static void ecp_i_plane_gap_before(ecp_i_pair *c)
 {
     const ecp_real *size = c->b->shape.size;
     ecp_real origin[3], rel[3], local[3];
-    ecp_i_mul(c->mb->R0, c->b->position, origin);
+    ecp_i_from_b(c, origin, rel);
     ecp_i_mul(c->b->rotation, size, local);
     ecp_i_mul(c->mb->R0, local, c->N0);
-    ecp_i_add(c->offset, c->ra0, rel);
-    ecp_i_sub(rel, origin, rel);
     c->d0 = ecp_i_dot(c->N0, rel) - size[3];
     c->d_floor = ECP_I_EPSILON * (ecp_i_norm(c->offset) + ecp_i_norm(c->ra0) + ecp_i_norm(origin) +
                                   ecp_i_abs(size[3]));
@@ -4190,9 +4197,7 @@ static ecp_real ecp_i_plane_gap_after(const ecp_i_pair *c)
     ecp_i_add(moved, c->turned, moved);
     if (mb->body->kind == ECP_KINEMATIC) {
         ecp_real origin[3], rel[3], turn[3];
-        ecp_i_mul(mb->R0, c->b->position, origin);
-        ecp_i_add(c->offset, c->ra0, rel);
-        ecp_i_sub(rel, origin, rel);
+        ecp_i_from_b(c, origin, rel);
         ecp_i_mul(mb->T, origin, turn);
         ecp_i_sub(moved, turn, moved);
         ecp_i_add(rel, moved, rel);
@@ -5038,9 +5043,9 @@ static void ecp_i_block_condense(ecp_i_pair *c, const ecp_real *y, int centring)
 static void ecp_i_block_rhs(const ecp_i_pair *c, const ecp_i_slopes *slopes, const ecp_real *y,
                             const ecp_real *F, ecp_real h, int centring, ecp_real floor)
 {
-    ecp_real shift[3], da[3], *rhs = c->block + c->columns - 1;
+    int i, k, ld = c->columns, first = ecp_i_on_plane(c) ? 3 : 4;
+    ecp_real shift[3], da[3], *rhs = c->block + ld - 1;
     ecp_i_change t;
-    int i, k, rows = c->columns - 1, row = ecp_i_on_plane(c) ? 3 : 4;
     /* where a surface is curved these rows say where the ECP is, and with it a moment */
     if (c->n_noise > 0) floor = 0;
     ECPSIM_MEMSET(&t, 0, sizeof t);
@@ -5057,20 +5062,18 @@ static void ecp_i_block_rhs(const ecp_i_pair *c, const ecp_i_slopes *slopes, con
     ecp_i_column(c, slopes, &t, h, rhs);
     for (i = 0; centring && i < c->kl; i++) {
         int j = c->active_a[i];
-        rhs[c->columns * (row + i)] = -c->slope_a[j] * ecp_i_dot(c->ga + 3 * j, da);
+        rhs[ld * (first + i)] = -c->slope_a[j] * ecp_i_dot(c->ga + 3 * j, da);
     }
-    for (i = 0; i < rows; i++) rhs[c->columns * i] = -rhs[c->columns * i];
-    for (i = 0; i < row; i++) rhs[c->columns * i] -= ecp_i_abs(F[i]) > floor ? F[i] : 0;
-    for (i = 0; i < c->kl; i++)
-        rhs[c->columns * row++] -= F[(ecp_i_on_plane(c) ? 3 : 4) + c->active_a[i]];
-    for (i = 0; i < ecp_i_km(c); i++)
-        rhs[c->columns * row++] -= F[4 + c->nl + c->on_b->active_b[i]];
-    for (k = 0; k <= ecp_i_nf(c); k++) rhs[c->columns * row++] -= F[ecp_i_at_p(c) + k];
+    for (i = 0; i < ld - 1; i++) rhs[ld * i] = -rhs[ld * i];
+    for (i = 0; i < first; i++, rhs += ld) *rhs -= ecp_i_abs(F[i]) > floor ? F[i] : 0;
+    for (i = 0; i < c->kl; i++, rhs += ld) *rhs -= F[first + c->active_a[i]];
+    for (i = 0; i < ecp_i_km(c); i++, rhs += ld) *rhs -= F[4 + c->nl + c->on_b->active_b[i]];
+    for (k = 0; k <= ecp_i_nf(c); k++, rhs += ld) *rhs -= F[ecp_i_at_p(c) + k];
     /* held friction goes on to its limit, which it has nearly reached */
-    row -= ecp_i_nf(c);
-    for (k = 0; centring && c->held && k < ecp_i_nf(c); k++) {
+    rhs -= ld * ecp_i_nf(c);
+    for (k = 0; centring && c->held && k < ecp_i_nf(c); k++, rhs += ld) {
         const ecp_i_projection *q = &slopes->cone;
-        rhs[c->columns * row++] += (q->radius - q->z_norm) * q->z[k] / q->z_norm;
+        *rhs += (q->radius - q->z_norm) * q->z[k] / q->z_norm;
     }
 }
 
@@ -5817,8 +5820,10 @@ static int ecp_i_front_carve(const ecp_i_tree *t, ecp_i_arena *arena, ecp_i_fron
     f->W = ecp_i_take_reals(arena, 6, ld);
     f->Bt = ecp_i_take_reals(arena, f->forces + ECP_I_ROWS_FOR_PARENT, 6 + n);
     f->tau_b = ecp_i_take_reals(arena, 6, 1);
-    f->tau_l = ecp_i_take_reals(arena, n, 1);
-    if (ECP_I_PAIRS) f->tau = ecp_i_take_reals(arena, 3 * ECP_I_TAU + n, 1);
+    if (ECP_I_PAIRS) {
+        f->tau_l = ecp_i_take_reals(arena, n, 1);
+        f->tau = ecp_i_take_reals(arena, 3 * ECP_I_TAU + n, 1);
+    }
     f->x = ecp_i_take_reals(arena, f->forces + ECP_I_ROWS_FOR_PARENT, 1);
     f->C = ecp_i_take_stack(arena, f->constraints + ECP_I_ROWS_FOR_PARENT, ld);
     if (!ECP_I_PAIRS) f->R = f->C; /* nobody takes the stack from a front that stands alone */
@@ -7699,7 +7704,7 @@ static ecp_real ecp_i_depth(const ecp_i_pair *c, const ecp_i_patch *old, ecp_rea
 static ecp_real ecp_i_start_load(const ecp_i_pair *c, const ecp_real n[3], ecp_real gap)
 {
     ecp_real weight = -ecp_i_dot(n, c->weight), p = ecp_i_min(1, ecp_i_max(0, -gap));
-    if (c->carried == c->mb) weight = -weight;
+    if (ECP_I_PAIRS && c->carried == c->mb) weight = -weight;
     if (!ecp_i_on_plane(c) && !c->on_b->bears) return p;
     return ecp_i_max(p, ecp_i_min(weight, weight - gap));
 }

@@ -2567,8 +2567,8 @@ static void ecp_i_polytope_mass(const ecp_shape *s, ecp_mass *out)
 
 /* ---- classes */
 
-static const ecp_shape_class ecp_i_half_space_class = {
-    ecp_i_half_space_eval, NULL, ecp_i_half_space_support, ecp_i_half_space_mass};
+static const ecp_shape_class ecp_i_half_space_class = {ecp_i_half_space_eval, NULL,
+                                                       ecp_i_half_space_support, NULL};
 static const ecp_shape_class ecp_i_sphere_class = {ecp_i_sphere_eval, ecp_i_sphere_hess,
                                                    ecp_i_sphere_support, ecp_i_sphere_mass};
 static const ecp_shape_class ecp_i_ellipsoid_class = {

@@ -3514,10 +3514,7 @@ ECP_DEF ecp_status ecp_body_remove(ecp_world *world, int body)
 
 static ecp_status ecp_i_check_material(const ecp_material *m)
 {
-    if (!ecp_i_finite(m->mu) || !ecp_i_all_finite(3, &m->e_t) ||
-        !ecp_i_all_finite(3, m->direction)) {
-        return ECP_NOT_FINITE;
-    }
+    if (!ecp_i_all_finite(4, &m->mu) || !ecp_i_all_finite(3, m->direction)) return ECP_NOT_FINITE;
     if (m->mu < 0) return ECP_BAD_FRICTION;
     return m->e_t > 0 && m->e_o > 0 && m->e_r >= 0 ? ECP_OK : ECP_BAD_ELLIPSOID;
 }
@@ -5778,7 +5775,7 @@ static void ecp_i_front_patch(const ecp_i_tree *t, ecp_i_front *f, const ecp_i_p
             if (size > 0) C[v.of] = v.sees * A[ld * row + v.at] / size;
             Bt[v.of] = v.takes * A[ld * v.at + row] / ecp_i_force_weight(c, i);
         }
-        C[ldc - 1] = size > 0 ? A[ld * row + ld - 1] / size : ECP_R(0);
+        if (size > 0) C[ldc - 1] = A[ld * row + ld - 1] / size;
     }
     for (i = 0; i < count; i++) {
         const ecp_i_seat m = ecp_i_seat_number(c, seats, i);
@@ -7688,15 +7685,19 @@ static ecp_real ecp_i_gap_along(const ecp_i_pair *c, int at_end, const ecp_real 
 static ecp_real ecp_i_depth(const ecp_i_pair *c, const ecp_i_patch *old, ecp_real n[3])
 {
     ecp_i_posed A, B;
-    ecp_real a[3], b[3];
+    ecp_real a[3], b[3], gap;
     if (old && !old->guess) {
         ecp_i_scale(-1, old->contact.normal, n);
         return ecp_i_max(0, -old->contact.gap);
     }
     ecp_i_poses(c, 0, &A, &B);
-    if (ecp_i_on_plane(c)) return ecp_i_max(0, -ecp_i_plane_gap(&A, &B, 0, n, a));
-    ecp_i_pair_nearest(c, 0, 0, a, b, n);
-    return ecp_i_max(0, -ecp_i_gap_along(c, 0, a, b, n));
+    if (ecp_i_on_plane(c)) {
+        gap = ecp_i_plane_gap(&A, &B, 0, n, a);
+    } else {
+        ecp_i_pair_nearest(c, 0, 0, a, b, n);
+        gap = ecp_i_gap_along(c, 0, a, b, n);
+    }
+    return ecp_i_max(0, -gap);
 }
 
 /* The impulse to start with, for a predicted gap in h vs and the normal n out of A: the load where

@@ -9160,7 +9160,7 @@ static void ecp_i_label_islands(ecp_i_step *s)
         else
             motions[a].island = b;
     }
-    for (i = s->w->bodies - 1; i >= 0; i--) {
+    for (i = s->w->bodies - 1; ECP_I_PAIRS && i >= 0; i--) {
         if (!motions[i].dynamic) continue;
         a = ecp_i_island_root(motions, i);
         motions[i].island = a;
@@ -9205,7 +9205,7 @@ static int ecp_i_same_asked(const ecp_i_asked *a, const ecp_i_asked *b)
 static void ecp_i_begin_sleep(ecp_i_step *s, int substep)
 {
     ecp_i_asked asked;
-    s->is_watched = s->o->sleep && !substep;
+    if (ECP_I_SLEEP) s->is_watched = s->o->sleep && !substep;
     if (!ecp_i_watched(s)) return;
     ecp_i_ask(s->o, &asked);
     s->has_sleepers = ecp_i_same_asked(&asked, &s->w->asked) && s->h == s->w->last_h;
@@ -9297,7 +9297,7 @@ static void ecp_i_end_sleep(ecp_i_step *s)
     ecp_i_body *bodies = ecp_i_bodies(s->w);
     size_t reals = (size_t)s->w->desc.max_inequalities;
     int i;
-    ECPSIM_MEMSET(&s->w->asked, 0, sizeof s->w->asked);
+    if (ECP_I_SLEEP) ECPSIM_MEMSET(&s->w->asked, 0, sizeof s->w->asked);
     if (!ecp_i_watched(s)) return;
     ecp_i_ask(s->o, &s->w->asked);
     for (i = 0; i < s->w->bodies; i++) {
@@ -10729,7 +10729,7 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
     asleep = ecp_i_world_sleeps(&s);
     for (i = 0; !asleep && i < world->bodies; i++) {
         const ecp_i_body *b = ecp_i_bodies(world) + i;
-        s.motions[i].quiet = ecp_i_sleepers(&s) && b->asleep;
+        if (ecp_i_sleepers(&s)) s.motions[i].quiet = b->asleep != 0;
         if (b->kind != ECP_I_FREE) ecp_i_predict(world, b, h, s.motions + i);
         if (b->kind == ECP_KINEMATIC && status == ECP_OK) {
             status = ecp_i_check_turn(&s, i, b->v + 3);

@@ -6345,10 +6345,12 @@ static void ecp_i_tree_plan(ecp_i_island *s)
     t->h = s->h;
     t->planned = 1;
     if (!ECP_I_PAIRS) {
-        ECPSIM_MEMSET(t->fronts, 0, sizeof *t->fronts);
+        ecp_i_front *alone = t->fronts;
+        ECPSIM_MEMSET(alone, 0, sizeof *alone);
         for (i = s->pair_count - 1; i >= 0; i--) {
-            s->pairs[i]->next_here = t->fronts->pairs;
-            t->fronts->pairs = s->pairs[i];
+            ecp_i_pair *c = s->pairs[i];
+            c->next_here = alone->pairs;
+            alone->pairs = c;
         }
         return;
     }
@@ -6471,7 +6473,7 @@ static int ecp_i_island_recover(const ecp_i_island *s, const ecp_real *z, ecp_re
     ecp_i_copy(n, v, dz);
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
-        ecp_i_block_recover(c, z + c->at, v + (ecp_i_moves_a(c) ? c->ma->at : 0),
+        ecp_i_block_recover(c, z + c->at, v + (ECP_I_PAIRS && ecp_i_moves_a(c) ? c->ma->at : 0),
                             v + (ecp_i_moves_b(c) ? c->mb->at : 0), c->left, s->h,
                             ECP_I_CENTRING && s->centring, dz + c->at);
     }
@@ -9115,7 +9117,8 @@ static int ecp_i_count_pairs(const ecp_i_step *s)
 {
     const ecp_i_part *parts = ecp_i_parts(s->w);
     int i, all = 0, dynamic = 0, pairs = 0, more;
-    for (i = 0; i < s->w->bodies; i++) s->motions[i].at = 0;
+    /* (of one body alone it is zero) */
+    for (i = 0; ECP_I_PAIRS && i < s->w->bodies; i++) s->motions[i].at = 0;
     for (i = 0; i < s->w->shapes; i++) {
         ecp_i_motion *m;
         if (parts[i].body == ECP_I_FREE) continue;

@@ -3936,6 +3936,7 @@ static void ecp_i_predict(const ecp_world *w, const ecp_i_body *b, ecp_real h, e
     m->dynamic = b->kind == ECP_DYNAMIC;
     m->island = -1;
     ecp_quat_to_matrix(b->q, m->R0);
+    m->swing = h * ecp_i_norm(b->v + 3);
     if (m->dynamic) {
         m->mass = b->mass;
         m->length = b->length;
@@ -3953,9 +3954,7 @@ static void ecp_i_predict(const ecp_world *w, const ecp_i_body *b, ecp_real h, e
         ecp_i_velocity_change(m, m->kick, m->free);
         ecp_i_copy(6, m->kick, m->whole);
         m->drift = h * ecp_i_norm(m->free);
-        m->swing = h * ecp_i_norm(b->v + 3) + h * ecp_i_norm(m->free + 3);
-    } else if (b->kind == ECP_KINEMATIC) {
-        m->swing = h * ecp_i_norm(b->v + 3);
+        m->swing += h * ecp_i_norm(m->free + 3);
     }
     m->from_origin = ecp_i_norm(b->x);
     ecp_i_move(m, h, m->dynamic ? m->free : none);
@@ -4172,15 +4171,15 @@ static void ecp_i_from_b(const ecp_i_pair *c, ecp_real origin[3], ecp_real rel[3
 static void ecp_i_plane_gap_before(ecp_i_pair *c)
 {
     const ecp_real *size = c->b->shape.size;
-    ecp_real origin[3], rel[3], local[3];
+    ecp_real origin[3], rel[3], local[3], arm = ecp_i_norm(c->ra0);
     ecp_i_from_b(c, origin, rel);
     ecp_i_mul(c->b->rotation, size, local);
     ecp_i_mul(c->mb->R0, local, c->N0);
     c->d0 = ecp_i_dot(c->N0, rel) - size[3];
-    c->d_floor = ECP_I_EPSILON * (ecp_i_norm(c->offset) + ecp_i_norm(c->ra0) + ecp_i_norm(origin) +
-                                  ecp_i_abs(size[3]));
+    c->d_floor =
+        ECP_I_EPSILON * (ecp_i_norm(c->offset) + arm + ecp_i_norm(origin) + ecp_i_abs(size[3]));
     c->d_noise = c->d_floor;
-    if (ecp_i_abs(c->d0) <= c->d_floor / 2) c->d_noise = ECP_I_EPSILON * ecp_i_norm(c->ra0);
+    if (ecp_i_abs(c->d0) <= c->d_floor / 2) c->d_noise = ECP_I_EPSILON * arm;
     if (ecp_i_abs(c->d0) <= c->d_floor) c->d0 = 0;
 }
 

@@ -286,6 +286,20 @@ static void test_fallbacks(void)
 #else
 
 #include "fallbacks/loose.inc"
+#include "fallbacks/rails.inc"
+
+/* No fallback, but a pair that is left out: where rounding of a large primitive ends the search for the direction between
+   two, the last one it had says nothing. This one let a box into a rail by 3 mm. */
+static void test_fallbacks_rails(void)
+{
+    ecp_world *w = NULL;
+    ecp_contact c;
+    ecp_report r;
+    CHECK(step_rails(&w, &r) == ECP_OK);
+    CHECK(ecp_contact_count(w) > 0 && ecp_contact_get(w, 0, &c) == ECP_OK);
+    CHECK(c.p_n > 100 && c.separation > -ECP_R(1e-5));
+    free(w);
+}
 
 /* Normals can not be held to rounding here by any start; held to the tolerance they can, with neither the chord nor
    sub-steps (ecp_i_geometry_error). The other steps are hard in double only. */
@@ -298,6 +312,7 @@ static void test_fallbacks(void)
     CHECK(step_loose(&w, &r) == ECP_OK);
     CHECK(r.fallbacks == fallbacks_of_the_step);
     free(w);
+    test_fallbacks_rails();
 }
 
 #endif

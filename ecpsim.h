@@ -80,10 +80,10 @@
    OPTIONS
    ecp_step() takes ecp_options or NULL. `rule` chooses among the many solutions that a body on two
    or more patches has: ECP_CENTRED (the default) is a function of the state alone where
-   ecp_report.centred says that it was reached, ECP_NEAREST stays near the last step's, or near
-   ecp_guess_ecp(). `tolerance` bounds the residual in scaled
-   units, `max_iterations` and `fallbacks` the work. Compile-time macros, to be defined alike before
-   every inclusion:
+   ecp_report.centred says that it was reached (of the solutions that hang together with the one found;
+   docs/model.md), ECP_NEAREST stays near the last step's, or near ecp_guess_ecp(). `tolerance` bounds
+   the residual in scaled units, `max_iterations` and `fallbacks` the work. Compile-time macros, to be
+   defined alike before every inclusion:
 
        ECPSIM_FLOAT     single precision everywhere (own symbols: mixing does not link)
        ECPSIM_STATIC    public functions are static; for one unit that keeps them to itself
@@ -680,9 +680,9 @@ ECP_DEF ecp_status ecp_body_add_shape(ecp_world *world, int body, const ecp_shap
                                       const ecp_material *material, int *shape_index);
 
 /* A body's state; every pointer may be NULL. In set, NULL keeps what is there, and so do values that get has given,
-   to the last bit: they leave a sleeping body asleep. Setting the velocity
-   of a kinematic body is how it is driven; a static body takes a pose only. Bodies that are put into
-   each other are parted in the next step and fly on with depth / h each, which adds up along a row. */
+   to the last bit: they leave a sleeping body asleep. Setting the velocity of a kinematic body is how it is driven;
+   a static body takes a pose only. Bodies that are put into each other are parted in the next step and fly on with
+   depth / h each, which adds up along a row. */
 ECP_DEF ecp_status ecp_body_get_state(const ecp_world *world, int body, ecp_real position[3],
                                       ecp_real rotation[4], ecp_real velocity[3],
                                       ecp_real angular_velocity[3]);
@@ -831,7 +831,8 @@ typedef struct ecp_report {
    patches together, verifies by support functions that nothing penetrates, and commits. options may
    be NULL (the defaults), report may be NULL. On any status but ECP_OK the whole block is bit for
    bit as it was. Bodies move by h times their velocity at the end of the step, up to the rounding of the
-   gaps between them: the velocities that are kept balance the impulses. */
+   gaps between them: the velocities that are kept balance the impulses. (Where bodies lie on bodies and nothing
+   moves, what gaps are granted stays in the impulses reported: in float some 1e-3 of the load.) */
 ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *options,
                             ecp_report *report);
 
@@ -10407,9 +10408,10 @@ static int ecp_i_hurries(const ecp_i_step *step, const ecp_i_island *s)
     return ECP_I_PAIRS && parts != 0 && step->cut && s->body_count > 2;
 }
 
-/* The velocities that bodies keep follow from the impulses, which push both of a pair alike. Where the noise of
-   gaps is granted to the balance of momentum (in float, in short steps, more than slow bodies have), that of z would
-   win or lose what is granted in every step. The poses stay those of z, in which nothing overlaps. */
+/* The velocities that bodies keep follow from the impulses reported, which push both of a pair alike. Where the noise
+   of gaps is granted to the balance of momentum, or to a contact that is open (in float, in short steps, more than
+   slow bodies have), that of z would win or lose what is granted in every step. The poses stay those of z, in which
+   nothing overlaps. */
 static void ecp_i_island_balance(const ecp_i_island *s)
 {
     int i, k;
@@ -10502,7 +10504,7 @@ static void ecp_i_record_island(ecp_i_step *step, ecp_i_island *s, const ecp_rea
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         ecp_i_record(c, z + c->at, s->h, step->o);
-        if (ECP_I_PAIRS && !(c->record->contact.p_n > 0)) ecp_i_drop_impulse(c);
+        if (!(c->record->contact.p_n > 0)) ecp_i_drop_impulse(c);
         if (centred <= 0) c->record->centred = centred;
         if (!ECP_I_FRICTION) continue;
         ecp_i_raise(&step->r->worst_cone, ecp_i_cone_violation(c));
@@ -10510,9 +10512,10 @@ static void ecp_i_record_island(ecp_i_step *step, ecp_i_island *s, const ecp_rea
     if (ECP_I_PAIRS) step->without += s->all - s->pair_count;
 }
 
-/* Is the ECP of a load on the rim of its face without being held there? The last elimination may have come before it
-   was let go, and says nothing of how many solutions there are. */
-static int ecp_i_on_a_rim(const ecp_i_island *s, const ecp_real *z, ecp_real tiny)
+/* Is the ECP of a load on the rim of its face without being held there, or friction at its limit without slip? The last
+   elimination may have come before it was let go, or with the rows of slip, and says nothing of how many solutions
+   there are. */
+static int ecp_i_on_a_kink(const ecp_i_island *s, const ecp_real *z, ecp_real tiny)
 {
     int i, j;
     for (i = 0; i < s->pair_count; i++) {
@@ -10558,7 +10561,8 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     /* what is left out is apart in this solution, and need not be in another one */
     whole = !ECP_I_PAIRS || s.pair_count == s.all;
     if (ECP_I_CENTRING && solved && o->rule == ECP_CENTRED) {
-        if (s.many || s.uncentred || (effort.iterations > 0 && ecp_i_on_a_rim(&s, z, o->tolerance)))
+        if (s.many || s.uncentred ||
+            (effort.iterations > 0 && ecp_i_on_a_kink(&s, z, o->tolerance)))
             centred = whole ? ecp_i_centre(&s, &p, step, z, best, &effort) : 0;
         else if (s.in_vain && effort.iterations == 0)
             centred = 0; /* what rests uncentred is left alone */
@@ -10582,7 +10586,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
                   step->arena.top);
     if (!centred && whole && effort.most >= 0) centred = -1;
     ecp_i_record_island(step, &s, z, label, centred);
-    if (ECP_I_PAIRS && !(s.still && effort.iterations == 0)) ecp_i_island_balance(&s);
+    if (!(s.still && effort.iterations == 0)) ecp_i_island_balance(&s);
     if (ecp_i_in_haste(&p)) *step->cut = 0;
     return ECP_OK;
 }

@@ -4552,7 +4552,7 @@ static int ecp_i_pair_column(const ecp_i_pair *c, const ecp_i_change *t, ecp_rea
    of the radius by p_n */
 typedef struct ecp_i_slopes {
     ecp_real p, d, rest, outer, radius;
-    int bounded;             /* are the friction rows those of the ball's surface? */
+    int on_limit;            /* are the friction rows those of the ball's surface? */
     ecp_real on, on_a, on_b; /* momentum for an impulse on A: shared (ecp_i_seat), of A, of B */
     ecp_i_projection cone;
 } ecp_i_slopes;
@@ -4571,7 +4571,7 @@ static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_real kink, ec
     if (ECP_I_PAIRS) s->on = ecp_i_moves_a(c) ? s->on_a : s->on_b;
     if (ecp_i_moves_a(c) && ecp_i_moves_b(c)) s->on = ecp_i_min(s->on_a, -s->on_b);
     s->rest = 0;
-    s->bounded = 0;
+    s->on_limit = 0;
     if (ecp_i_nf(c) == 0) return;
     ecp_i_cone_project(c, ecp_i_rho(c), &s->cone);
     s->rest = ecp_i_taken_away(&s->cone);
@@ -4580,11 +4580,11 @@ static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_real kink, ec
         s->rest = 0;
         s->outer = 1;
         s->radius = c->mu;
-        s->bounded = c->held;
+        s->on_limit = c->held;
         return;
     }
-    s->bounded = s->rest > 0;
-    if (!s->bounded) return;
+    s->on_limit = s->rest > 0;
+    if (!s->on_limit) return;
     apart = s->cone.z_norm - s->cone.radius;
     q = ecp_i_smooth_abs(apart, tau2);
     size = ecp_i_smooth_abs(p, tau2);
@@ -4606,7 +4606,7 @@ static void ecp_i_friction_column(const ecp_i_pair *c, const ecp_i_slopes *s, co
         column[ld * k] = q->rho * (c->e[k] * dw[k] / c->V + give);
         along += q->z[k] * (t->p[1 + k] - column[ld * k]);
     }
-    if (!s->bounded) return;
+    if (!s->on_limit) return;
     /* dP = s dz + z grows with s = radius / outer, so grows = (d radius - s d outer) / outer */
     grows = ((1 - shrink * (1 - s->outer)) * s->radius * t->p[0] -
              shrink * s->outer * along / q->z_norm) /
@@ -10009,8 +10009,11 @@ static void ecp_i_island_load(void *self, ecp_real share)
     }
 }
 
-/* Friction that sticks, and that a centring step would take beyond its limit: *part, of the step, is cut where that is
-   ahead, and what has been there before is held there. How many are held now that were not? */
+/* what a centring step reaches within this part of it has been reached */
+#define ECP_I_REACHED ECP_R(1e-3)
+
+/* Friction that sticks, and that a centring step would take beyond its limit: where it has reached that it is held
+   there, and where not, *part, of the step, is cut to end there. How many are held now that were not? */
 static int ecp_i_hold_friction(const ecp_i_island *s, const ecp_real *z, const ecp_real *dz,
                                ecp_real *part)
 {
@@ -10023,7 +10026,7 @@ static int ecp_i_hold_friction(const ecp_i_island *s, const ecp_real *z, const e
         if (ecp_i_nf(c) == 0 || c->held) continue;
         ecp_i_cone_project(c, ecp_i_rho(c), &q);
         if (!(ecp_i_taken_away(&q) < ecp_i_kink(1))) continue;
-        /* |y + t dy|^2 = mu^2 (p + t dp)^2 */
+        /* |y + t dy|^2 = mu^2 (p + t dp)^2 at t = inside / root */
         for (k = 0; k <= ecp_i_nf(c); k++) {
             ecp_real sign = k > 0 ? ECP_R(1) : -c->mu * c->mu;
             inside -= sign * y[k] * y[k];
@@ -10035,7 +10038,7 @@ static int ecp_i_hold_friction(const ecp_i_island *s, const ecp_real *z, const e
         if (!(root >= 0)) continue;
         root = ahead + ecp_i_sqrt(root);
         if (!(root > 0)) continue;
-        if (inside < ECP_R(1e-3) * root) {
+        if (inside < ECP_I_REACHED * root) {
             c->held = 1;
             more++;
         } else {
@@ -10043,6 +10046,12 @@ static int ecp_i_hold_friction(const ecp_i_island *s, const ecp_real *z, const e
         }
     }
     return more;
+}
+
+static void ecp_i_release_friction(const ecp_i_island *s)
+{
+    int i;
+    for (i = 0; i < s->pair_count; i++) s->pairs[i]->held = 0;
 }
 
 /* Along a limit of friction, which is curved, whole steps go to and fro about their end. From the step before, of which
@@ -10061,12 +10070,6 @@ static ecp_real ecp_i_centring_pace(const ecp_i_island *s, const ecp_real *z, co
         }
     }
     return size > 0 ? 1 / ecp_i_max(1, 1 / t - along / size) : ECP_R(1);
-}
-
-static void ecp_i_release_friction(const ecp_i_island *s)
-{
-    int i;
-    for (i = 0; i < s->pair_count; i++) s->pairs[i]->held = 0;
 }
 
 /* keeps a centring step among the solutions: of the part `most` the largest of 1, 1/2, 1/4, .. for which no ECP leaves
@@ -10100,12 +10103,12 @@ static ecp_real ecp_i_centring_length(const ecp_i_island *s, const ecp_real *z, 
    that something other than friction cuts, goes to and fro between two faces or over an edge, and centring ends. */
 #define ECP_I_TO_AND_FRO 3
 
-/* The rule ECP_CENTRED. From a solution z: the step that stays on the solutions to first order and
-   ends nearest to the centres, then Newton back on to them, until nothing moves. Friction that is at its limit, and
-   would leave it, stays there: that step is found anew. Returns 0 where
-   that is not reached: an ECP or an impulse at its limit is in the way, or z, which stays as it was
-   then, solves the equations to a tolerance that the other does not. Large islands, which seldom reach
-   it, get fewer iterations, and no other round after one that gets no nearer. */
+/* The rule ECP_CENTRED. From a solution z: the step that stays on the solutions to first order and ends nearest to the
+   centres, then Newton back on to them, until nothing moves. Where friction at its limit would go beyond, it is held
+   and the step found anew; what is held is let go once more at the end. Returns 0 where that is not reached: an ECP or
+   a normal impulse at its limit is in the way, or z, which stays as it was then, solves the equations to a tolerance
+   that the other does not. Large islands, which seldom reach it, get fewer iterations, and no other round after one
+   that gets no nearer. */
 static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_step *step,
                         ecp_real *z, ecp_real *best, ecp_i_effort *effort)
 {
@@ -10118,7 +10121,7 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
         i = p->step(s, z, p->F, 1, 0, p->dz);
         s->centring = 0;
         if (!i) return 0;
-        if (ECP_I_ASKS_AGAIN && !s->many) return 1;
+        if (ECP_I_ASKS_AGAIN && !s->many && held == 0) return 1;
         step->r->centring_rounds++;
         for (i = 0, size = 0; i < s->pair_count; i++) {
             const ecp_i_pair *c = s->pairs[i];
@@ -10139,7 +10142,7 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
         if (t < part) idle++;
         /* one that is cut says nothing of the next one */
         before = t < pace && !large ? ECP_R(0) : size;
-        ECPSIM_MEMCPY(best, z, (size_t)p->n * sizeof(ecp_real));
+        ecp_i_copy(p->n, z, best);
         for (i = 0; i < p->n; i++) z[i] += t * p->dz[i];
         if (ecp_i_newton(p, 0, step->o->tolerance, large ? 3 : 10, 0, z, effort) &&
             effort->size.largest <= most) {

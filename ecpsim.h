@@ -109,16 +109,16 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 59,288.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 59,284.
 
-       ECPSIM_NO_PAIRS     23,696  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     23,692  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   4,980  contacts are smooth, whatever the materials say
-       ECPSIM_NO_SLEEP      1,460  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   2,184  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     8,796  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
+       ECPSIM_NO_FRICTION   4,956  contacts are smooth, whatever the materials say
+       ECPSIM_NO_SLEEP      1,476  options.sleep = 1 is ECP_BAD_OPTION
+       ECPSIM_NO_CENTRING   2,180  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS     8,792  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
                                    nothing is said). Options that ask for others are ECP_BAD_OPTION.
-                                   5,072 if it is ECP_FALLBACK_GEOMETRIC; without
+                                   5,068 if it is ECP_FALLBACK_GEOMETRIC; without
                                    ECP_FALLBACK_SUBSTEPS 1,844 and the work memory for a second state
 
    MEMORY

@@ -116,10 +116,10 @@
        ECPSIM_NO_FRICTION   4,956  contacts are smooth, whatever the materials say
        ECPSIM_NO_SLEEP      1,476  options.sleep = 1 is ECP_BAD_OPTION
        ECPSIM_NO_CENTRING   2,180  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     8,792  if it is 0: which ECP_FALLBACK_... there are, or-ed (all, where
-                                   nothing is said). Options that ask for others are ECP_BAD_OPTION.
-                                   5,068 if it is ECP_FALLBACK_GEOMETRIC; without
-                                   ECP_FALLBACK_SUBSTEPS 1,844 and the work memory for a second state
+       ECPSIM_FALLBACKS     8,792  the ECP_FALLBACK_... that there are, or-ed; all, where nothing is
+                                   said. Options that ask for others are ECP_BAD_OPTION. The bytes
+                                   are what 0, none, saves; ECP_FALLBACK_GEOMETRIC alone saves 5,068,
+                                   all but ECP_FALLBACK_SUBSTEPS 1,844 and the memory of a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
@@ -302,7 +302,7 @@ typedef double ecp_real;
       "a size, radius or normal is not positive, or its square is beyond numbers")                 \
     X(ECP_EMPTY_POLYTOPE, -5, "the half-spaces of the polytope have no common interior")           \
     X(ECP_UNBOUNDED_POLYTOPE, -6, "the half-spaces of the polytope leave a direction open")        \
-    X(ECP_BAD_MASS, -7, "the mass of a dynamic body must be positive")                             \
+    X(ECP_BAD_MASS, -7, "the mass of a dynamic body must be positive, and 1 / mass a number")      \
     X(ECP_BAD_INERTIA, -8, "the inertia is not symmetric positive definite")                       \
     X(ECP_BAD_INERTIA_TRIANGLE, -9,                                                                \
       "the inertia violates the triangle inequality: no solid has it")                             \
@@ -603,8 +603,8 @@ typedef struct ecp_world_desc {
    solver_bytes = 8, and these 8. What it took then is in ecp_report.memory_used. */
 ECP_DEF ecp_world_desc ecp_world_desc_default(void);
 
-/* The bytes that ecp_world_init needs for this description, or 0 if it is out of range: 1 to 4096 bodies, up to 100,000
-   shapes and patches, 1 to 1000 inequalities. */
+/* The bytes that ecp_world_init needs for this description, or 0 if it is out of range (1 to 4096 bodies, up to 100,000
+   shapes and patches, 1 to 1000 inequalities, an advance_order of 0 or 2 to 12) or more than the machine addresses. */
 ECP_DEF size_t ecp_world_memsize(const ecp_world_desc *desc);
 
 /* Lays out an empty world in mem (at least memsize bytes, aligned to 8) and stores its address, mem
@@ -839,7 +839,8 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
 /* Sets the guess for the equivalent contact point of a pair of primitives in the next step: a world
    point, kept in the frame of the primitive that the contact report calls A. It matters for the rule
    ECP_NEAREST, takes the place of the pair's last solution, and uses one of max_patches. ECP_BAD_KIND
-   where the two can make no patch: on one body, or neither on a dynamic one. */
+   where the two can make no patch: on one body, or neither on a dynamic one; ECP_BAD_INDEX also where they are the
+   same one. The pair's contact is no longer among ecp_contact_get()'s until the next step. */
 ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
                                  const ecp_real point[3]);
 
@@ -898,7 +899,8 @@ ECP_DEF ecp_status ecp_dump(const ecp_world *world, ecp_real h, const ecp_option
 /* Called before every base step with the world in its state there, and the time at the step's end: applies the loads
    (ecp_body_apply_force, ecp_body_apply_torque), and sets the velocities of kinematic bodies. It must be a function
    of both alone, as base steps are repeated, and no impulses belong there: they would act in every base step.
-   ecp_step, ecp_advance and what adds or removes bodies and shapes are ECP_BAD_OPTION there. It is seen at these
+   ecp_step, ecp_advance, ecp_dump and what adds or removes bodies and shapes are ECP_BAD_OPTION there; nothing else is
+   to be changed there either, which is not checked. It is seen at these
    times only: what comes and goes between two of them is not there. While little moves they are seconds apart, so
    give a load that varies a longest_step, of a fraction of what it takes. */
 typedef void (*ecp_load)(void *user, ecp_world *world, ecp_real time);
@@ -930,7 +932,8 @@ typedef struct ecp_advance_report {
     int rejected;     /* and begun in vain */
     int solves;       /* base steps, all */
     int events;       /* changes of the contacts that were passed */
-    int first_order;  /* macro steps that were passed at first order, as a change lies in them */
+    int first_order;  /* macro steps that were passed at first order: a change lies in them, or they
+                         were forced */
     int forced;       /* of these, not within the tolerance: events too dense to be told apart,
                             or a base step that only the fallbacks of ecp_step solve */
     int highest_order;
@@ -2704,17 +2707,18 @@ ECP_DEF ecp_status ecp_shape_capsule(ecp_shape *s, ecp_real radius, ecp_real hal
 ECP_DEF ecp_status ecp_shape_cylinder(ecp_shape *s, ecp_real radius, ecp_real half_height)
 {
     const ecp_real size[4] = {radius, half_height, 0, 0};
+    ecp_real reach;
     ecp_status status;
 
     if (s == NULL) {
         return ECP_BAD_POINTER;
     }
     status = ecp_i_check_sizes(size, 2);
-    if (status == ECP_OK) {
-        ecp_i_shape_set(s, &ecp_i_cylinder_class, ECP_CYLINDER, 3, size,
-                        ecp_i_sqrt(radius * radius + half_height * half_height));
-    }
-    return status;
+    if (status != ECP_OK) return status;
+    reach = ecp_i_sqrt(radius * radius + half_height * half_height);
+    if (!ecp_i_measurable(reach)) return ECP_BAD_SIZE;
+    ecp_i_shape_set(s, &ecp_i_cylinder_class, ECP_CYLINDER, 3, size, reach);
+    return ECP_OK;
 }
 
 ECP_DEF ecp_status ecp_shape_frustum(ecp_shape *s, ecp_real bottom_radius, ecp_real top_radius,
@@ -2766,10 +2770,10 @@ ECP_DEF ecp_status ecp_shape_box(ecp_shape *s, const ecp_real half[3])
     }
     ecp_i_copy3(half, size);
     status = ecp_i_check_sizes(size, 3);
-    if (status == ECP_OK) {
-        ecp_i_shape_set(s, &ecp_i_box_class, ECP_BOX, 6, size, ecp_i_norm(size));
-    }
-    return status;
+    if (status != ECP_OK) return status;
+    if (!ecp_i_measurable(ecp_i_norm(size))) return ECP_BAD_SIZE;
+    ecp_i_shape_set(s, &ecp_i_box_class, ECP_BOX, 6, size, ecp_i_norm(size));
+    return ECP_OK;
 }
 
 /* is a direction d != 0 with n_i.d <= 0 for all i? If there is one, there is one along the line of
@@ -3427,7 +3431,7 @@ ECP_DEF ecp_status ecp_body_add(ecp_world *world, const ecp_body_desc *desc, int
         if (!ecp_i_finite(desc->mass) || !ecp_i_all_finite(9, desc->inertia)) {
             return ECP_NOT_FINITE;
         }
-        if (!(desc->mass > 0)) return ECP_BAD_MASS;
+        if (!(desc->mass > 0) || !ecp_i_finite(1 / desc->mass)) return ECP_BAD_MASS;
         status = ecp_i_check_inertia(desc->inertia);
         if (status != ECP_OK) return status;
     }
@@ -3740,6 +3744,7 @@ ECP_DEF ecp_status ecp_shape_set_material(ecp_world *world, int shape_index,
     ecp_material m = ecp_material_default();
     ecp_i_part *p;
     ecp_status status;
+    int i;
     if (!world) return ECP_BAD_POINTER;
     p = ecp_i_find_part(world, shape_index);
     if (!p) return ECP_BAD_INDEX;
@@ -3748,6 +3753,12 @@ ECP_DEF ecp_status ecp_shape_set_material(ecp_world *world, int shape_index,
     if (status != ECP_OK) return status;
     p->material = m;
     ecp_i_bodies(world)[p->body].asleep = 0;
+    /* what was the rule's solution need not be it any more */
+    for (i = 0; ECP_I_CENTRING && i < world->patches; i++) {
+        ecp_i_patch *patch = ecp_i_patches(world) + i;
+        if (patch->contact.shape_a == shape_index || patch->contact.shape_b == shape_index)
+            patch->centred = 0;
+    }
     return ECP_OK;
 }
 
@@ -8577,7 +8588,7 @@ typedef struct ecp_i_phase {
     int turns_over;        /* it will be another part of the primitive that carries */
     uint64_t faces[2];     /* which multipliers are on, of A and of B (beyond 64: folded) */
     ecp_real a[3], N[3];   /* the ECP in the frame of A; the normal */
-    ecp_real friction[4];  /* the direction of friction, weighed by e */
+    ecp_real friction[4];  /* its impulse, and its moment about the normal */
     ecp_real p_n[2], y[2]; /* normal impulse, and friction over mu: the first base steps of the
                               first two columns */
     ecp_real mu, weigh[3]; /* weigh: 1 / e, to make p_t, p_o, p_r comparable */
@@ -9271,6 +9282,7 @@ static void ecp_i_keep_island(ecp_i_step *s, int label)
         const ecp_i_pair *c = s->pairs + i;
         ECPSIM_MEMCPY(c->record, ecp_i_patches(s->w) + c->old, sizeof(ecp_i_patch));
         ECPSIM_MEMCPY(c->multipliers, ecp_i_multipliers(s->w, c->old), reals * sizeof(ecp_real));
+        s->r->centred &= c->record->centred > 0;
     }
 }
 
@@ -9343,11 +9355,13 @@ static int ecp_i_world_sleeps(ecp_i_step *s)
         s->motions[i].dynamic = bodies[i].kind == ECP_DYNAMIC;
         s->r->asleep += s->motions[i].dynamic;
     }
-    for (i = 0; i < s->w->patches; i++) {
-        ecp_real gap = ecp_i_patches(s->w)[i].contact.separation;
-        if (i == 0 || gap < s->r->worst_gap) s->r->worst_gap = gap;
-    }
     s->r->centred = s->o->rule == ECP_CENTRED;
+    for (i = 0; i < s->w->patches; i++) {
+        const ecp_i_patch *p = ecp_i_patches(s->w) + i;
+        ecp_real gap = p->contact.separation;
+        if (i == 0 || gap < s->r->worst_gap) s->r->worst_gap = gap;
+        s->r->centred &= p->centred > 0;
+    }
     s->pair_count = s->w->patches;
     return 1;
 }
@@ -10609,7 +10623,10 @@ static ecp_status ecp_i_solve_all(ecp_i_step *s)
         s->r->centred = s->o->rule == ECP_CENTRED;
         s->r->worst_cone = s->r->merit = s->r->natural_residual = s->r->work = 0;
         for (i = 0; extras > 0 && i < s->w->bodies; i++) {
-            if (s->motions[i].dynamic) ecp_i_move(s->motions + i, s->h, s->motions[i].free);
+            ecp_i_motion *m = s->motions + i;
+            if (!m->dynamic) continue;
+            m->turns = 0; /* its pose is not that of m->dv (ecp_i_island_balance) */
+            ecp_i_move(m, s->h, m->free);
         }
         status = ecp_i_find_pairs(s);
         if (status != ECP_OK) return status;
@@ -10936,6 +10953,7 @@ ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
     shape_a = parts[lo].shape.kind == ECP_HALF_SPACE ? hi : lo;
     shape_b = lo + hi - shape_a;
     if (parts[shape_a].shape.kind == ECP_HALF_SPACE || parts[lo].body == parts[hi].body ||
+        (!ECP_I_PAIRS && parts[shape_b].shape.kind != ECP_HALF_SPACE) ||
         (ecp_i_bodies(world)[parts[lo].body].kind != ECP_DYNAMIC &&
          ecp_i_bodies(world)[parts[hi].body].kind != ECP_DYNAMIC)) {
         return ECP_BAD_KIND;
@@ -10957,7 +10975,6 @@ ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
     p = list + at;
     ECPSIM_MEMSET(p, 0, sizeof *p);
     p->guess = 1;
-    p->centred = 0;
     p->contact.shape_a = shape_a;
     p->contact.shape_b = shape_b;
     ecp_i_wake(world, parts[lo].body);
@@ -11066,7 +11083,7 @@ static int ecp_i_phases(const ecp_i_advance *a, ecp_i_phase *list)
         const ecp_shape *sa = &parts[c->shape_a].shape, *sb = &parts[c->shape_b].shape;
         const ecp_real *l = ecp_i_multipliers(w, i);
         ecp_i_phase *f = list + count;
-        ecp_real size, length;
+        ecp_real y[3], length;
         if (p->guess || c->mode == ECP_APART) continue;
         count++;
         ECPSIM_MEMSET(f, 0, sizeof *f);
@@ -11088,13 +11105,12 @@ static int ecp_i_phases(const ecp_i_advance *a, ecp_i_phase *list)
         f->mu = c->mu;
         f->p_n[0] = c->p_n;
         if (!(c->mu > 0)) continue;
-        ecp_i_scale(c->p_t / (c->e_t * c->e_t), c->direction_t, f->friction);
-        ecp_i_axpy(f->friction, c->p_o / (c->e_o * c->e_o), c->direction_o, f->friction);
-        if (c->e_r > 0) f->friction[3] = c->p_r / c->e_r;
-        size = c->p_t * c->p_t / (c->e_t * c->e_t) + c->p_o * c->p_o / (c->e_o * c->e_o) +
-               f->friction[3] * f->friction[3];
+        ecp_i_scale(c->p_t, c->direction_t, f->friction);
+        ecp_i_axpy(f->friction, c->p_o, c->direction_o, f->friction);
+        f->friction[3] = c->p_r;
         ecp_i_set3(1 / c->e_t, 1 / c->e_o, c->e_r > 0 ? 1 / c->e_r : ECP_R(0), f->weigh);
-        f->y[0] = ecp_i_sqrt(size) / c->mu;
+        ecp_i_set3(c->p_t * f->weigh[0], c->p_o * f->weigh[1], c->p_r * f->weigh[2], y);
+        f->y[0] = ecp_i_norm(y) / c->mu;
     }
     return count;
 }
@@ -11122,7 +11138,9 @@ static int ecp_i_same_faces(const ecp_i_phase *f, const ecp_i_phase *g)
 static int ecp_i_reversed(const ecp_i_phase *f, const ecp_i_phase *g)
 {
     return f->mode == ECP_SLIP && g->mode == ECP_SLIP &&
-           ecp_i_dot(f->friction, g->friction) + f->friction[3] * g->friction[3] < 0;
+           ecp_i_dot(f->friction, g->friction) +
+                   f->friction[3] * f->weigh[2] * g->friction[3] * g->weigh[2] <
+               0;
 }
 
 /* ---- what the state at the beginning says to a phase */
@@ -11791,7 +11809,9 @@ static ecp_real ecp_i_refresh_contacts(ecp_i_advance *a)
         c->gap = c->separation;
         ecp_i_axpy(c->point_a, c->gap, n, c->point_b);
         ecp_i_sub(ba->x, bb->x, x);
-        limit = 32 * ECP_I_EPSILON * (ecp_i_norm(x) + ecp_i_norm(at) + ecp_i_abs(B.shape->size[3]));
+        limit = ecp_i_norm(x) + ecp_i_norm(at);
+        if (B.shape->kind == ECP_HALF_SPACE) limit += ecp_i_abs(B.shape->size[3]);
+        limit *= 32 * ECP_I_EPSILON;
         gap = c->mode != ECP_APART ? ecp_i_abs(c->separation) : -c->separation;
         if (gap > limit) ecp_i_worst(&worst, gap);
     }
@@ -12180,6 +12200,9 @@ static ecp_i_outcome ecp_i_macro(ecp_i_advance *a, int aim, int forced, int *col
         }
     }
     if (!forced) return ECP_I_UNCONVERGED;
+    /* as far as extrapolation came, if it came nearer than the base steps */
+    if (error[most] < ecp_i_error(a, a->rows + (most - 1) * n, a->rows))
+        ecp_i_add_changes(a, a->rows);
     return ECP_I_PASSED;
 }
 
@@ -12296,27 +12319,30 @@ static ecp_real ecp_i_least(const ecp_i_advance *a)
                     : ECP_R(0);
 }
 
-/* How short macro steps may be: where events follow each other so densely that a time in which a body
-   moves by its length takes hundreds of base steps, the least length grows, and what happens within
-   is passed at first order. Accumulations of impacts end in bounded work that way. */
+/* How short macro steps may be: where events follow each other so densely that in a time in which a body
+   moves by its length they take hundreds of base steps, the least length grows, and what happens within
+   is passed at first order. Accumulations of impacts end in bounded work that way. Macro steps that are short because
+   the tolerance or options.longest_step asks for it count for nothing. */
 typedef struct ecp_i_patience {
     ecp_real since; /* where the present window begins */
-    int solves;     /* done by then */
+    int solves;     /* base steps that events have taken in it */
 } ecp_i_patience;
 
 static ecp_real ecp_i_floor(const ecp_i_advance *a, ecp_i_patience *p)
 {
     ecp_real least = ecp_i_least(a), scale = 10 * ecp_i_first_length(a);
-    int spent = a->r->solves - p->solves;
     if (a->t - p->since > scale) {
         p->since = a->t;
-        p->solves = a->r->solves;
-        return least;
+        p->solves = 0;
+    } else if (p->solves > 1500) {
+        least = ecp_i_max(least, scale / 64);
+    } else if (p->solves > 1000) {
+        least = ecp_i_max(least, scale / 512);
+    } else if (p->solves > 500) {
+        least = ecp_i_max(least, scale / 4096);
     }
-    if (spent > 1500) return ecp_i_max(least, scale / 64);
-    if (spent > 1000) return ecp_i_max(least, scale / 512);
-    if (spent > 500) return ecp_i_max(least, scale / 4096);
-    return least;
+    /* (where it is reached a macro step is forced) */
+    return a->o.longest_step > 0 ? ecp_i_min(least, a->o.longest_step / 4) : least;
 }
 
 /* The macro step as one step with all the fallbacks of ecp_step, or where even that fails a longer
@@ -12698,8 +12724,8 @@ static ecp_status ecp_i_advance_to(ecp_i_advance *a, ecp_real duration)
         ecp_i_outcome outcome;
         /* (and no shorter than what is a step in time at all) */
         ecp_real least = ecp_i_max(ecp_i_floor(a, &patience), ECP_I_EPSILON * duration);
-        int forced;
-        if (a->o.max_solves > 0 && a->r->solves >= a->o.max_solves) return ECP_NOT_SOLVED;
+        int forced, solves = a->r->solves;
+        if (a->o.max_solves > 0 && solves >= a->o.max_solves) return ECP_NOT_SOLVED;
         ECPSIM_MEMCPY(a->saved, a->w, a->w->state_bytes);
         ecp_i_pace_choose(a, &p, least, duration);
         forced = a->H <= least;
@@ -12711,11 +12737,14 @@ static ecp_status ecp_i_advance_to(ecp_i_advance *a, ecp_real duration)
         outcome = ecp_i_macro(a, p.aim < a->o.order ? p.aim : a->o.order, forced, &p.column,
                               p.error, &status);
         if (outcome == ECP_I_UNSOLVED && forced && status == ECP_NOT_SOLVED) {
-            outcome = ecp_i_plain_step(a, duration - a->t, &status);
+            ecp_real left = duration - a->t;
+            if (a->o.longest_step > 0) left = ecp_i_min(left, a->o.longest_step);
+            outcome = ecp_i_plain_step(a, left, &status);
             p.column = 1;
             p.error[1] = 2;
         }
         p.rejected = outcome != ECP_I_DONE && outcome != ECP_I_PASSED;
+        if (outcome != ECP_I_DONE || p.hunting > 0) patience.solves += a->r->solves - solves;
         if (!p.rejected) {
             p.in_vain = p.impact_tried = 0;
             ecp_i_accept(a, outcome == ECP_I_PASSED, p.column, p.error[p.column], duration);
@@ -13201,6 +13230,7 @@ ECP_DEF ecp_status ecp_dump(const ecp_world *world, ecp_real h, const ecp_option
     if (status != ECP_OK) return status;
     if (!ecp_i_finite(h)) return ECP_NOT_FINITE;
     if (!(h > 0)) return ECP_BAD_STEP;
+    if (world->advancing) return ECP_BAD_OPTION;
     t.write = write;
     t.user = user;
     ecp_i_put(

@@ -4467,6 +4467,12 @@ static void ecp_i_cone_project(const ecp_i_pair *c, ecp_real rho, ecp_i_projecti
     q->outer = (q->z_norm + q->radius + ecp_i_smooth_abs(q->z_norm - q->radius, tau2)) / 2;
 }
 
+/* Does the patch touch without a load? */
+static int ecp_i_idles(const ecp_i_pair *c, ecp_real h, ecp_real tiny)
+{
+    return ecp_i_abs(c->p[0]) < tiny && ecp_i_abs(c->d) < tiny * h * c->V;
+}
+
 /* the part of z that the projection takes away */
 static ecp_real ecp_i_taken_away(const ecp_i_projection *q)
 {
@@ -4558,6 +4564,16 @@ static int ecp_i_pair_column(const ecp_i_pair *c, const ecp_i_change *t, ecp_rea
     return row;
 }
 
+/* how near to its kink a row may be treated as on either side */
+static ecp_real ecp_i_kink(int centring) { return centring ? ecp_i_sqrt(ECP_I_EPSILON) : ECP_R(0); }
+
+/* centring: does friction stick, or is it at its limit without slip? Without a load that limit is nothing. */
+static int ecp_i_may_stick(const ecp_i_pair *c, const ecp_i_projection *q, ecp_real h)
+{
+    ecp_real kink = ecp_i_kink(1);
+    return ecp_i_taken_away(q) < kink || (ecp_i_idles(c, h, kink) && ecp_i_norm(c->slip) < kink);
+}
+
 /* what the columns of one block have in common: the slopes of the gap's row by p_n and by the gap; the
    projection, the part of z that it takes away and, unless that is nothing, the slopes of outer by |z| and
    of the radius by p_n */
@@ -4572,7 +4588,7 @@ static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_real kink, ec
 {
     ecp_real apart, tau2 = ecp_i_relax(c) * ecp_i_relax(c), p = c->p[0], q, size;
     ecp_i_fb(p, c->d / (h * c->V) + ecp_i_relax(c) * p, ecp_i_relax(c), &s->p, &s->d);
-    if (ECP_I_CENTRING && ecp_i_abs(p) < kink && ecp_i_abs(c->d) < kink * h * c->V) {
+    if (ECP_I_CENTRING && ecp_i_idles(c, h, kink)) {
         /* centring: a contact that touches without a load may take one */
         s->p = 0;
         s->d = 1;
@@ -4586,8 +4602,9 @@ static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_real kink, ec
     if (ecp_i_nf(c) == 0) return;
     ecp_i_cone_project(c, ecp_i_rho(c), &s->cone);
     s->rest = ecp_i_taken_away(&s->cone);
-    if (ECP_I_CENTRING && s->rest < kink) {
-        /* centring: friction at its limit that does not slip leaves it or stays there, as the patch is told */
+    if (ECP_I_CENTRING && kink > 0 && ecp_i_may_stick(c, &s->cone, h)) {
+        /* centring: friction at its limit that does not slip leaves it or stays there, as the patch is told, and where
+           there is no load it grows with that */
         s->rest = 0;
         s->outer = 1;
         s->radius = c->mu;
@@ -5016,9 +5033,6 @@ static ecp_real ecp_i_normal_noise(const ecp_real H[9], const ecp_real x[3])
     }
     return 2 * ECP_I_EPSILON * most;
 }
-
-/* how near to its kink a row may be treated as on either side */
-static ecp_real ecp_i_kink(int centring) { return centring ? ecp_i_sqrt(ECP_I_EPSILON) : ECP_R(0); }
 
 /* At the point of the last evaluation: the Hessians, which multipliers are kept, and how large the
    block is with these. */
@@ -10039,7 +10053,7 @@ static int ecp_i_hold_friction(const ecp_i_island *s, const ecp_real *z, const e
         ecp_i_projection q;
         if (ecp_i_nf(c) == 0 || c->held) continue;
         ecp_i_cone_project(c, ecp_i_rho(c), &q);
-        if (!(ecp_i_taken_away(&q) < ecp_i_kink(1))) continue;
+        if (!ecp_i_may_stick(c, &q, s->h)) continue;
         /* |y + t dy|^2 = mu^2 (p + t dp)^2 at t = inside / root */
         for (k = 0; k <= ecp_i_nf(c); k++) {
             ecp_real sign = k > 0 ? ECP_R(1) : -c->mu * c->mu;
@@ -10529,15 +10543,18 @@ static void ecp_i_record_island(ecp_i_step *step, ecp_i_island *s, const ecp_rea
     if (ECP_I_PAIRS) step->without += s->all - s->pair_count;
 }
 
-/* Is the ECP of a load on the rim of its face without being held there, or friction at its limit without slip? The last
-   elimination may have come before it was let go, or with the rows of slip, and says nothing of how many solutions
-   there are. */
+/* Is the ECP of a load on the rim of its face without being held there, or friction at its limit without slip, or does
+   a patch touch without a load? The last elimination may have come before it was let go, or with the rows of slip or
+   of what is apart, and says nothing of how many solutions there are. */
 static int ecp_i_on_a_kink(const ecp_i_island *s, const ecp_real *z, ecp_real tiny)
 {
     int i, j;
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs[i];
-        if (!(z[c->at + ecp_i_at_p(c)] > tiny)) continue;
+        if (!(z[c->at + ecp_i_at_p(c)] > tiny)) {
+            if (ecp_i_abs(c->d) <= tiny * s->h * c->V + c->d_floor) return 1;
+            continue;
+        }
         if (ecp_i_nf(c) > 0) {
             ecp_i_projection q;
             ecp_i_cone_project(c, ecp_i_rho(c), &q);

@@ -115,6 +115,13 @@ static void advance_short_of_room(void)
     free(w);
 }
 
+static void advance_writes(void *user, const char *text)
+{
+    (void)user;
+    (void)text;
+    CHECK(0);
+}
+
 /* a callback that calls what has called it, and adds and removes */
 static void advance_nested(void *user, ecp_world *w, ecp_real time)
 {
@@ -125,6 +132,7 @@ static void advance_nested(void *user, ecp_world *w, ecp_real time)
     CHECK(ecp_body_add(w, &b, NULL) == ECP_BAD_OPTION);
     CHECK(ecp_body_add_shape(w, 1, &s, NULL, NULL, NULL, NULL) == ECP_BAD_OPTION);
     CHECK(ecp_body_remove(w, 1) == ECP_BAD_OPTION);
+    CHECK(ecp_dump(w, 1, NULL, advance_writes, NULL) == ECP_BAD_OPTION);
     *(int *)user += ecp_advance(w, 1, NULL, NULL) == ECP_BAD_OPTION ? 1 : 1000;
     *(int *)user += ecp_step(w, ECP_R(0.01), NULL, NULL) == ECP_BAD_OPTION ? 0 : 1000;
 }
@@ -625,6 +633,89 @@ static void advance_free_rotation(void)
         CHECK_NEAR(momentum[k], (k + 1) * (k == 1 ? 1 : 0.01), test_by(1e-8, 1e-2));
     }
     free(w);
+}
+
+/* Where nothing happens, no macro step is forced, however short the order or the caller makes them. */
+static void advance_short(void)
+{
+    ecp_advance_options o = advance_options(1e-7, 3e-3);
+    ecp_advance_report r;
+    double steps = test_by(2e-4, 2e-3), energy[2];
+    int k, j, i;
+    for (k = 0; k < 2; k++) {
+        ecp_world *w = advance_world(4);
+        ecp_real spin[3] = {3, 2, ECP_R(0.5)}, q[4] = {1, 0, 0, 0}, R[9];
+        const ecp_real none[3] = {0, 0, 0};
+        ecp_shape s;
+        int body;
+        ecp_world_set_gravity(w, none);
+        advance_box(&s, 0.05, 0.1, 0.2);
+        body = advance_body(w, &s, NULL, 0, 0, 0);
+        CHECK(ecp_body_set_state(w, body, NULL, NULL, NULL, spin) == ECP_OK);
+        o.order = k == 0 ? 2 : 4;
+        o.longest_step = k == 0 ? ECP_R(0) : (ecp_real)steps;
+        for (j = 0; j < 2; j++) {
+            double l[3] = {0, 0, 0};
+            ecp_body_get_state(w, body, NULL, q, NULL, spin);
+            ecp_quat_to_matrix(q, R);
+            for (i = 0; i < 9; i++) l[i % 3] += (double)R[i] * (double)spin[i / 3];
+            energy[j] =
+                0.05 / 3 * l[0] * l[0] + 0.0425 / 3 * l[1] * l[1] + 0.0125 / 3 * l[2] * l[2];
+            if (j == 0) CHECK(ecp_advance(w, ECP_R(0.5), &o, &r) == ECP_OK);
+        }
+        CHECK(r.forced == 0 && r.first_order == 0 && r.events == 0);
+        CHECK_NEAR(energy[1], energy[0], energy[0] * test_by(1e-8, 1e-3));
+        if (k == 1) CHECK(r.macro_steps >= (int)(0.499 / steps));
+        free(w);
+    }
+}
+
+/* A frustum that slides on a block and turns: what is done does not depend on the unit of length. */
+static void advance_units(void)
+{
+    double kept[2][13];
+    int i, j;
+    for (j = 0; j < 2; j++) {
+        double L = j ? 1.0 / 32 : 1.0;
+        ecp_world *w = advance_world(8);
+        ecp_advance_options o = ecp_advance_options_default();
+        ecp_advance_report r;
+        ecp_body_desc b = ecp_body_desc_default();
+        ecp_real g[3] = {0, 0, 0}, x[3] = {0, 0, 0}, v[3] = {0, 0, 0}, spin[3] = {0, 0, 0};
+        ecp_shape s;
+        int body = -1;
+        g[2] = (ecp_real)(-9.75 * L);
+        ecp_world_set_gravity(w, g);
+        b.kind = ECP_STATIC;
+        b.position[2] = (ecp_real)(-0.5 * L);
+        CHECK(ecp_body_add(w, &b, &body) == ECP_OK);
+        advance_box(&s, 4 * L, 4 * L, 0.5 * L);
+        CHECK(ecp_body_add_shape(w, body, &s, NULL, NULL, NULL, NULL) == ECP_OK);
+        b.kind = ECP_DYNAMIC;
+        b.position[2] = (ecp_real)(0.25 * L);
+        b.inertia[0] = b.inertia[4] = (ecp_real)(0.04 * L * L);
+        b.inertia[8] = (ecp_real)(0.05 * L * L);
+        b.velocity[0] = (ecp_real)(1.25 * L);
+        b.velocity[1] = (ecp_real)(0.3 * L);
+        b.angular_velocity[2] = ECP_R(0.5);
+        CHECK(ecp_body_add(w, &b, &body) == ECP_OK);
+        CHECK(ecp_shape_frustum(&s, (ecp_real)(0.25 * L), (ecp_real)(0.125 * L),
+                                (ecp_real)(0.25 * L)) == ECP_OK);
+        CHECK(ecp_body_add_shape(w, body, &s, NULL, NULL, NULL, NULL) == ECP_OK);
+        CHECK(ecp_advance(w, ECP_R(0.1), &o, &r) == ECP_OK);
+        ecp_body_get_state(w, body, x, NULL, v, spin);
+        for (i = 0; i < 3; i++) {
+            kept[j][i] = (double)x[i] / L;
+            kept[j][3 + i] = (double)v[i] / L;
+            kept[j][6 + i] = (double)spin[i];
+        }
+        kept[j][9] = r.solves;
+        kept[j][10] = r.events;
+        kept[j][11] = (double)r.error;
+        kept[j][12] = (double)r.projection / L;
+        free(w);
+    }
+    for (i = 0; i < 13; i++) CHECK(kept[0][i] == kept[1][i]);
 }
 
 /* a constant pace: the error falls as H^order */
@@ -1216,6 +1307,8 @@ static void test_advance_section(void)
     advance_peaks();
     advance_driven();
     advance_free_rotation();
+    advance_short();
+    advance_units();
     advance_order();
     advance_rest();
     advance_overlap();

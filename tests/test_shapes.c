@@ -1227,7 +1227,14 @@ static void test_shape_bad_input(void)
     CHECK(ecp_shape_convex(&s, &empty, 1, origin, one, NULL) == ECP_BAD_POINTER);
     CHECK(ecp_shape_convex(&s, &ecp_i_box_class, 1, NULL, one, NULL) == ECP_BAD_POINTER);
     CHECK(ecp_shape_convex(&s, &ecp_i_box_class, 0, origin, one, NULL) == ECP_BAD_SIZE);
-    /* sizes of which the squares are no numbers, or nothing */
+    /* sizes of which the squares are no numbers, or nothing; or that of the way to a corner is none */
+    {
+        const ecp_real most = (ecp_real)test_by(1.2e154, 1.7e19), corner[3] = {most, most, most};
+        ecp_shape ball;
+        CHECK(ecp_shape_sphere(&ball, most) == ECP_OK);
+        CHECK(ecp_shape_cylinder(&s, most, most) == ECP_BAD_SIZE);
+        CHECK(ecp_shape_box(&s, corner) == ECP_BAD_SIZE);
+    }
     for (int b = 0; b < 2; b++) {
         const ecp_real extreme =
             b ? (ecp_real)test_by(1e-170, 1e-23) : (ecp_real)test_by(1e200, 1e25);

@@ -266,6 +266,8 @@ static void world_test_bodies(void)
     WORLD_REFUSED(&f, ecp_body_add(f.world, &d, &body), ECP_BAD_MASS);
     d.mass = -1;
     WORLD_REFUSED(&f, ecp_body_add(f.world, &d, &body), ECP_BAD_MASS);
+    d.mass = (ecp_real)test_by(1e-310, 1e-40);
+    WORLD_REFUSED(&f, ecp_body_add(f.world, &d, &body), ECP_BAD_MASS);
     CHECK(body == -7); /* the index is not written either */
 
     /* half a dozen inertias: (xx, yy, zz, xy, what is said of it) */
@@ -1296,6 +1298,57 @@ static void world_test_material(void)
     world_free(&f);
 }
 
+/* A table at rest on a slope that gets rough, or takes up turning: the impulses are those of a table that has stood on it
+   from the start. */
+static void world_test_rough(void)
+{
+    const ecp_real tilted[3] = {ECP_R(3.35), 0, ECP_R(-9.21)},
+                   half[3] = {ECP_R(.02), ECP_R(.02), ECP_R(.1)};
+    int k, i, leg;
+    for (k = 0; k < 2; k++) {
+        ecp_contact c[2][4];
+        for (i = 0; i < 2; i++) {
+            ecp_world *w = test_world(NULL);
+            ecp_material floor = ecp_material_default(), m = ecp_material_default();
+            ecp_body_desc b = ecp_body_desc_default();
+            ecp_shape s;
+            ecp_report r;
+            int step, body = 0;
+            ecp_world_set_gravity(w, tilted);
+            m.mu = m.e_r = 1;
+            floor.mu = k == 0 && i == 0 ? ECP_R(0.2) : ECP_R(1);
+            floor.e_r = k == 1 && i == 1 ? ECP_R(0.5) : ECP_R(0);
+            test_ground(w, 0, 0, 1, &floor);
+            b.inertia[0] = b.inertia[4] = b.inertia[8] = ECP_R(0.05);
+            b.position[2] = ECP_R(0.3);
+            CHECK(ecp_body_add(w, &b, &body) == ECP_OK);
+            CHECK(ecp_shape_box(&s, half) == ECP_OK);
+            for (leg = 0; leg < 4; leg++) {
+                ecp_real at[3];
+                ecp_i_set3(leg & 1 ? ECP_R(.2) : ECP_R(-.2), leg & 2 ? ECP_R(.25) : ECP_R(-.2),
+                           ECP_R(-.2), at);
+                CHECK(ecp_body_add_shape(w, body, &s, at, NULL, &m, NULL) == ECP_OK);
+            }
+            for (step = 0; step < 20; step++) {
+                if (step == 10) {
+                    floor.mu = 1;
+                    floor.e_r = k == 1 ? ECP_R(0.5) : ECP_R(0);
+                    CHECK(ecp_shape_set_material(w, 0, &floor) == ECP_OK);
+                }
+                CHECK(ecp_step(w, ECP_R(0.01), NULL, &r) == ECP_OK);
+            }
+            CHECK(r.centred == 1);
+            for (leg = 0; leg < 4; leg++) CHECK(ecp_contact_get(w, leg, &c[i][leg]) == ECP_OK);
+            free(w);
+        }
+        for (leg = 0; leg < 4; leg++) {
+            CHECK_NEAR(c[0][leg].p_n, c[1][leg].p_n, test_by(1e-9, 1e-5));
+            CHECK_NEAR(c[0][leg].p_t, c[1][leg].p_t, test_by(1e-9, 1e-5));
+            CHECK_NEAR(c[0][leg].p_r, c[1][leg].p_r, test_by(1e-9, 1e-5));
+        }
+    }
+}
+
 /* ---- snapshots */
 
 /* three boxes and a ball that tumble on to each other: every kind of patch, coming and going */
@@ -1433,6 +1486,7 @@ static void test_world_section(void)
     world_test_remove_many();
     world_test_filter();
     world_test_material();
+    world_test_rough();
     world_test_snapshots();
     world_test_fences();
 }

@@ -1295,6 +1295,16 @@ static void ecp_i_add_cross(const ecp_real a[3], const ecp_real b[3], ecp_real o
     ecp_i_add(out, c, out);
 }
 
+/* The velocity v of A relative to B at a point that is at ra and rb from where A and B move with va and vb
+   (linear, then angular). */
+static void ecp_i_relative_velocity(const ecp_real *va, const ecp_real *vb, const ecp_real ra[3],
+                                    const ecp_real rb[3], ecp_real v[3])
+{
+    ecp_i_sub(va, vb, v);
+    ecp_i_add_cross(va + 3, ra, v);
+    ecp_i_add_cross(rb, vb + 3, v);
+}
+
 /* inline: these two are called so often that the calls were a twentieth of a step */
 static inline void ecp_i_mul(const ecp_real A[9], const ecp_real x[3], ecp_real out[3])
 {
@@ -4337,11 +4347,7 @@ static void ecp_i_pair_impulse(ecp_i_pair *c, const ecp_real *y)
 /* the velocity of A relative to B at a, at the end of the step */
 static void ecp_i_pair_velocity(const ecp_i_pair *c, ecp_real v[3])
 {
-    ecp_real carried[3];
-    ecp_i_sub(c->ma->v, c->mb->v, v);
-    ecp_i_add_cross(c->ma->v + 3, c->ra, v);
-    ecp_i_cross(c->rb, c->mb->v + 3, carried);
-    ecp_i_add(v, carried, v);
+    ecp_i_relative_velocity(c->ma->v, c->mb->v, c->ra, c->rb, v);
 }
 
 /* The velocity of A relative to B at a, and its spin: at the end of the step; or, along the chord, how
@@ -7912,11 +7918,7 @@ static void ecp_i_spot_push(const ecp_i_pair *c, const ecp_i_spot *k, const ecp_
 static void ecp_i_spot_velocity(const ecp_i_spot *k, const ecp_real va[6], const ecp_real vb[6],
                                 ecp_real u[3])
 {
-    ecp_real carried[3];
-    ecp_i_sub(va, vb, u);
-    ecp_i_add_cross(va + 3, k->ra, u);
-    ecp_i_cross(k->rb, vb + 3, carried);
-    ecp_i_add(u, carried, u);
+    ecp_i_relative_velocity(va, vb, k->ra, k->rb, u);
 }
 
 /* velocity along dir at the spot for a unit impulse along it */
@@ -11166,12 +11168,9 @@ static int ecp_i_reversed(const ecp_i_phase *f, const ecp_i_phase *g)
 static void ecp_i_slip_at(const ecp_real *va, const ecp_real *vb, const ecp_real r[3],
                           const ecp_real apart[3], ecp_real v[3])
 {
-    ecp_real rb[3], carried[3];
+    ecp_real rb[3];
     ecp_i_add(apart, r, rb);
-    ecp_i_sub(va, vb, v);
-    ecp_i_add_cross(va + 3, r, v);
-    ecp_i_cross(rb, vb + 3, carried);
-    ecp_i_add(v, carried, v);
+    ecp_i_relative_velocity(va, vb, r, rb, v);
 }
 
 /* How far the unit vector n (in the primitive's frame) is from the cone of the gradients, at x, of

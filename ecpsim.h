@@ -6255,6 +6255,14 @@ static void ecp_i_clear_left_out(const ecp_i_island *s, ecp_real *x)
     }
 }
 
+/* the trial motion of a body from its six unknowns, which are its velocity change dv in its units */
+static void ecp_i_trial_move(ecp_i_motion *m, ecp_real h, const ecp_real *z, ecp_real dv[6])
+{
+    ecp_i_scale(m->speed, z, dv);
+    ecp_i_scale(m->speed / m->length, z + 3, dv + 3);
+    ecp_i_move(m, h, dv);
+}
+
 /* F at z = (six scaled velocity changes a body, then the patches), and how large it is (ecp_i_problem);
    friction is measured with a rho that does not depend on the load. */
 static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax, ecp_real *F,
@@ -6266,9 +6274,7 @@ static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax,
     total->largest = total->error = total->friction = 0;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
-        ecp_i_scale(m->speed, z + 6 * i, dv);
-        ecp_i_scale(m->speed / m->length, z + 6 * i + 3, dv + 3);
-        ecp_i_move(m, s->h, dv);
+        ecp_i_trial_move(m, s->h, z + 6 * i, dv);
         ecp_i_scale(m->mass, dv, m->residual);
         ecp_i_sub(m->residual, m->kick, m->residual);
         ecp_i_spin_momentum(m->R0, m->body->inertia, dv + 3, m->residual + 3);
@@ -9774,11 +9780,9 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
 static void ecp_i_island_move(const ecp_i_island *s, const ecp_real *z)
 {
     ecp_real dv[6];
-    int i, k;
+    int i;
     for (i = 0; i < ecp_i_body_count(s); i++) {
-        ecp_i_motion *m = ecp_i_mover(s, i);
-        for (k = 0; k < 6; k++) dv[k] = z[6 * i + k] * (k < 3 ? m->speed : m->speed / m->length);
-        ecp_i_move(m, s->h, dv);
+        ecp_i_trial_move(ecp_i_mover(s, i), s->h, z + 6 * i, dv);
     }
 }
 

@@ -380,7 +380,8 @@ ECP_DEF void ecp_qr_apply_q(int m, int rank, const ecp_real *A, int ld, const ec
 
 /* The shortest x[n] of those that minimise |A x - b|, for an m x n matrix of any rank (a complete
    orthogonal decomposition). A and b[m] are overwritten; work holds ECP_LEAST_SQUARES_WORK(m, n)
-   reals and iwork 2 n ints. Returns the rank at the given relative tolerance. */
+   reals (as many for any m: what has m rows is worked on in place) and iwork 2 n ints. Returns the
+   rank at the given relative tolerance. */
 #define ECP_LEAST_SQUARES_WORK(m, n) ((n) * (n) + 3 * (n))
 ECP_DEF int ecp_least_squares(int m, int n, ecp_real *A, int ld, ecp_real *b, ecp_real *x,
                               ecp_real *work, int *iwork, ecp_real tolerance);
@@ -10963,7 +10964,7 @@ ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
 {
     const ecp_i_part *parts;
     ecp_i_patch *list, *p;
-    ecp_real x[3] = {0, 0, 0}, R[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, rel[3], local[3];
+    ecp_real x[3], R[9], rel[3], local[3];
     int i, at = 0, lo = shape_a < shape_b ? shape_a : shape_b,
            hi = shape_a < shape_b ? shape_b : shape_a;
     if (!world || !point) return ECP_BAD_POINTER;

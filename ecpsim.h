@@ -6747,16 +6747,13 @@ static int ecp_i_in_haste(const ecp_i_problem *p) { return ECP_I_PAIRS && p->hur
 #define ECP_I_BAD_START ECP_R(1e-2)
 
 /* a search in progress: ecp_i_aim and ecp_i_content; the last merits; the compliance; the length of the last
-   stride, and what it was to mend */
+   stride, and what it was to mend; the lowest merit, and for how many iterations none was lower; how many strides
+   it took where no part of a step would do, and iterations for the sake of friction alone */
 typedef struct ecp_i_search {
-    ecp_real aim, content, merits[ECP_I_MEMORY], slack, merit, fine, compliance, stride, miss;
+    ecp_real aim, content, merits[ECP_I_MEMORY], slack, merit, fine, compliance, stride, miss,
+        lowest;
+    int age, strides, granted;
 } ecp_i_search;
-
-/* the lowest merit of a search, and for how many iterations none was lower */
-typedef struct ecp_i_lowest {
-    ecp_real merit;
-    int age;
-} ecp_i_lowest;
 
 static void ecp_i_evaluate(const ecp_i_problem *p, const ecp_real *z, ecp_real relax,
                            ecp_i_effort *effort)
@@ -6842,14 +6839,14 @@ static void ecp_i_take_stride(const ecp_i_problem *p, const ecp_real *z, ecp_rea
 }
 
 /* Does the search go round in a circle? Notes the merit of this iteration. */
-static int ecp_i_circles(const ecp_i_search *s, ecp_i_lowest *lowest)
+static int ecp_i_circles(ecp_i_search *s)
 {
-    lowest->age++;
-    if (s->merit < ECP_R(0.9) * lowest->merit) {
-        lowest->merit = s->merit;
-        lowest->age = 0;
+    s->age++;
+    if (s->merit < ECP_R(0.9) * s->lowest) {
+        s->lowest = s->merit;
+        s->age = 0;
     }
-    return lowest->age >= ECP_I_STALE;
+    return s->age >= ECP_I_STALE;
 }
 
 /* are all rows at rounding, so that another iteration would only stir it? Momentum may be off by what its
@@ -6905,6 +6902,59 @@ static void ecp_i_repeat(const ecp_i_problem *p, ecp_real before, ecp_real relax
     }
 }
 
+/* is a warm start left as it is? (ecp_i_newton) */
+static int ecp_i_start_will_do(const ecp_i_size *size, int warm, ecp_real tolerance,
+                               const ecp_i_search *s)
+{
+    ecp_real enough = warm > 1 ? tolerance : s->content;
+    return warm && size->error <= enough && (!ECP_I_FRICTION || size->friction <= enough);
+}
+
+/* the search before its first iteration, with the residual at hand */
+static void ecp_i_begin_search(const ecp_i_problem *p, ecp_i_search *s)
+{
+    int k;
+    s->merit = s->lowest = ecp_i_merit(p->n, p->F);
+    for (k = 0; k < ECP_I_MEMORY; k++) s->merits[k] = s->merit;
+    s->slack = ECP_I_SLACK;
+    s->fine = 1;
+    s->compliance = s->stride = s->miss = 0;
+    s->age = s->strides = s->granted = 0;
+}
+
+/* Steps of which no part will do are damped more; returns how many iterations that may take in all. */
+static int ecp_i_damp(const ecp_i_problem *p, ecp_i_search *s, int limit)
+{
+    int times = (ecp_i_is_large(p) ? 2 : 1) * ECP_I_DAMPED_LIMIT;
+    s->compliance = s->compliance > 0 ? 10 * s->compliance : ECP_I_FIRST_COMPLIANCE;
+    return limit > 0x7fffffff / times ? 0x7fffffff : times * limit;
+}
+
+/* After the part t of a step: steps are damped less where it helped, more where it did harm. */
+static void ecp_i_adapt_compliance(const ecp_i_size *was, const ecp_i_size *now, ecp_real t,
+                                   ecp_real tolerance, ecp_i_search *s)
+{
+    if (now->error <= tolerance || 2 * now->error <= was->error) {
+        /* with the residual, where whole steps are taken, so that they become Newton's again */
+        ecp_real part =
+            t < 1 || 4 * now->error > was->error ? ECP_R(0.25) : now->error / was->error;
+        s->compliance = s->compliance < ECP_I_NO_COMPLIANCE
+                            ? ECP_R(0)
+                            : s->compliance * ecp_i_max(part, ECP_R(0.01));
+    } else if (now->error > 2 * was->error) {
+        s->compliance *= 4;
+    }
+}
+
+/* Would another iteration not halve what is below the tolerance? Friction that the floor grants gets one more. */
+static int ecp_i_is_enough(const ecp_i_size *was, const ecp_i_size *now, ecp_real tolerance,
+                           ecp_i_search *s)
+{
+    return now->error <= tolerance && 2 * now->largest > was->largest &&
+           (now->error <= s->aim || 2 * now->error > was->error) &&
+           (!ECP_I_FRICTION || now->friction <= tolerance || s->granted++);
+}
+
 /* Newton from z, with a line search on |F|^2 / 2. A step of which the line search takes next to nothing
    is damped, the more the less it helps. Returns 1 with z solved to the tolerance, or 0. It aims at
    rounding, and is content with the tolerance, or with a rounding floor above it, only where another
@@ -6916,75 +6966,52 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
                         ecp_real relax, ecp_real *z, ecp_i_effort *effort)
 {
     ecp_i_search s;
-    ecp_i_lowest lowest;
+    ecp_i_size was;
     const ecp_i_size *now = &effort->size;
-    ecp_real before, above, rest, enough, t;
-    int k, most = limit, granted = 0, strides = 0;
+    ecp_real t;
+    int k, i, most = limit;
     s.aim = ecp_i_aim(tolerance);
     s.content = ecp_i_content(tolerance);
     ecp_i_evaluate(p, z, relax, effort);
-    if (ecp_i_at_rounding(now, &s)) return 1;
-    enough = warm > 1 ? tolerance : s.content;
-    if (warm && now->error <= enough && (!ECP_I_FRICTION || now->friction <= enough)) return 1;
+    if (ecp_i_at_rounding(now, &s) || ecp_i_start_will_do(now, warm, tolerance, &s)) return 1;
     if (warm) ecp_i_better_start(p, z, effort);
-    for (k = 0; k < ECP_I_MEMORY; k++) s.merits[k] = ecp_i_merit(p->n, p->F);
-    s.merit = lowest.merit = s.merits[0];
-    lowest.age = 0;
-    s.slack = ECP_I_SLACK;
-    s.fine = 1;
-    s.compliance = s.stride = s.miss = 0;
+    ecp_i_begin_search(p, &s);
     for (k = 0; k < most; k++) {
         if (ecp_i_spent(effort)) {
             effort->most = -1;
             break;
         }
-        if (!p->step(p->self, z, p->F, s.fine, s.compliance, p->dz)) return now->error <= tolerance;
+        if (!p->step(p->self, z, p->F, s.fine, s.compliance, p->dz)) break;
         effort->iterations++;
-        before = now->largest;
-        above = now->error;
-        rest = now->rest;
+        was = *now;
         t = ecp_i_line_search(p, z, tolerance, relax, &s, effort);
         if (!(t > 0)) {
             /* back to the last point; it may be one that will do */
             ecp_i_evaluate(p, z, relax, effort);
-            if (above <= tolerance || s.compliance >= ECP_I_MOST_COMPLIANCE)
-                return above <= tolerance;
-            if (!(s.compliance > 0) || above >= ECP_I_STALLED || strides++ >= ECP_I_STRIDES) {
-                int times = (ecp_i_is_large(p) ? 2 : 1) * ECP_I_DAMPED_LIMIT;
-                most = limit > 0x7fffffff / times ? 0x7fffffff : times * limit;
-                s.compliance = s.compliance > 0 ? 10 * s.compliance : ECP_I_FIRST_COMPLIANCE;
+            if (was.error <= tolerance || s.compliance >= ECP_I_MOST_COMPLIANCE)
+                return was.error <= tolerance;
+            if (!(s.compliance > 0) || was.error >= ECP_I_STALLED || s.strides++ >= ECP_I_STRIDES) {
+                most = ecp_i_damp(p, &s, limit);
                 continue;
             }
         }
-        if (now->error > tolerance && s.compliance > 0 && 2 * now->error > above &&
-            above < ECP_I_STALLED) {
+        if (now->error > tolerance && s.compliance > 0 && 2 * now->error > was.error &&
+            was.error < ECP_I_STALLED) {
             ecp_i_take_stride(p, z, relax, &s, effort);
-            above = 2 * now->error;
-        } else if (now->error <= tolerance || 2 * now->error <= above) {
-            /* with the residual, where whole steps are taken, so that they become Newton's again */
-            ecp_real part = t < 1 || 4 * now->error > above ? ECP_R(0.25) : now->error / above;
-            s.compliance = s.compliance < ECP_I_NO_COMPLIANCE
-                               ? ECP_R(0)
-                               : s.compliance * ecp_i_max(part, ECP_R(0.01));
-        } else if (now->error > 2 * above) {
-            s.compliance *= 4;
+            was.error = 2 * now->error; /* it is not asked to halve the residual */
+        } else {
+            ecp_i_adapt_compliance(&was, now, t, tolerance, &s);
         }
         ecp_i_copy(p->n, p->trial, z);
-        if (t >= 1 && s.compliance == 0) ecp_i_repeat(p, rest, relax, z, &s, effort);
-        if (ecp_i_at_rounding(now, &s)) return 1;
-        if (now->error <= tolerance && 2 * now->largest > before &&
-            (now->error <= s.aim || 2 * now->error > above) &&
-            (!ECP_I_FRICTION || now->friction <= tolerance || granted++)) {
-            return 1;
-        }
+        if (t >= 1 && s.compliance == 0) ecp_i_repeat(p, was.rest, relax, z, &s, effort);
+        if (ecp_i_at_rounding(now, &s) || ecp_i_is_enough(&was, now, tolerance, &s)) return 1;
         /* constraints are told apart no more finely than they hold yet: forces would fight over the
            difference */
-        if (2 * now->error > above) {
+        if (2 * now->error > was.error) {
             s.fine = ecp_i_max(ecp_i_min(s.fine / 10, 100 * now->error), now->error / 10);
         }
         s.merits[k % ECP_I_MEMORY] = s.merit;
-        if ((ecp_i_is_large(p) || ecp_i_in_haste(p)) && ecp_i_circles(&s, &lowest)) {
-            int i;
+        if ((ecp_i_is_large(p) || ecp_i_in_haste(p)) && ecp_i_circles(&s)) {
             if (ecp_i_in_haste(p) && s.compliance >= ECP_I_STALE_COMPLIANCE) break;
             /* the next step compares itself with this one alone */
             for (i = 0; ecp_i_is_large(p) && i < ECP_I_MEMORY; i++) s.merits[i] = s.merit;

@@ -6264,25 +6264,76 @@ static void ecp_i_trial_move(ecp_i_motion *m, ecp_real h, const ecp_real *z, ecp
     ecp_i_move(m, h, dv);
 }
 
-/* F at z = (six scaled velocity changes a body, then the patches), and how large it is (ecp_i_problem);
-   friction is measured with a rho that does not depend on the load. */
+/* what a body's balance of momentum begins with, at its trial motion; the impulses of its patches are added to it */
+static void ecp_i_begin_balance(ecp_i_motion *m, ecp_real h, const ecp_real *z)
+{
+    ecp_real dv[6];
+    ecp_i_trial_move(m, h, z, dv);
+    ecp_i_scale(m->mass, dv, m->residual);
+    ecp_i_sub(m->residual, m->kick, m->residual);
+    ecp_i_spin_momentum(m->R0, m->body->inertia, dv + 3, m->residual + 3);
+    ecp_i_sub(m->residual + 3, m->kick + 3, m->residual + 3);
+    m->floor[0] = ecp_i_norm(m->kick);
+    m->floor[1] = ecp_i_norm(m->kick + 3);
+    m->noise = m->jitter = 0;
+}
+
+/* how large the rows of a patch are, from `row` on; friction is measured with a rho that does not depend on the load */
+static void ecp_i_add_pair_size(const ecp_i_island *s, const ecp_i_pair *c, const ecp_real *row,
+                                ecp_i_size *total)
+{
+    ecp_i_projection q;
+    ecp_real jitter = ecp_i_moves_a(c) ? c->ma->jitter : ECP_R(0);
+    ecp_real friction[3], size;
+    /* a gap is held to the tolerance times a thousand radii, however far points move in the step */
+    ecp_real gap_weight = ecp_i_max(1, s->h * c->V / (1000 * c->a->shape.radius));
+    int normal = ecp_i_on_plane(c) ? 3 : 4, gap = ecp_i_at_p(c);
+    if (ecp_i_moves_b(c)) jitter = ecp_i_max(jitter, c->mb->jitter);
+    size = ecp_i_largest(normal, row) - c->n_noise;
+    ecp_i_worst(&size, ecp_i_largest(gap - normal, row + normal));
+    ecp_i_worst(&total->error, ecp_i_geometry_error(s, c, size, jitter));
+    ecp_i_worst(&total->error, gap_weight * (ecp_i_abs(row[gap]) - ecp_i_gap_noise(s, c)));
+    ecp_i_worst(&total->largest, ecp_i_largest(gap + 1, row));
+    if (ecp_i_nf(c) == 0) return;
+    ecp_i_cone_project(c, c->rho, &q);
+    ecp_i_friction_rows(c, &q, friction);
+    size = ecp_i_largest(ecp_i_nf(c), friction);
+    ecp_i_worst(&total->largest, size);
+    ecp_i_worst(&total->friction, size);
+    ecp_i_worst(&total->error, size - (1 - ecp_i_taken_away(&q)) * jitter / c->V);
+}
+
+/* the rows of a body's balance, once all impulses are in it, and how large they are */
+static void ecp_i_balance_rows(const ecp_i_island *s, const ecp_i_motion *m, ecp_real *row,
+                               ecp_i_size *total)
+{
+    ecp_real unit = m->mass * m->speed, noise = ECP_I_PAIRS ? m->noise / m->speed : ECP_R(0);
+    int k, r;
+    if (noise > 0) {
+        /* but what the loads do in the step is told from nothing, if it can be: it adds up */
+        ecp_real moved = ecp_i_norm(m->free) / m->speed;
+        if (moved > 0 && !s->loose) noise = ecp_i_min(noise, moved / 64);
+    }
+    for (k = 0; k < 2; k++, row += 3) {
+        ecp_real scale = k ? unit * m->length : unit;
+        ecp_real floor = 16 * ECP_I_EPSILON * m->floor[k] / scale, size;
+        for (r = 0; r < 3; r++) row[r] = m->residual[3 * k + r] / scale;
+        size = ecp_i_largest(3, row);
+        ecp_i_worst(&total->largest, size);
+        ecp_i_worst(&total->rest, size - floor / 8);
+        ecp_i_worst(&total->error, size - floor - noise);
+    }
+}
+
+/* F at z = (six scaled velocity changes a body, then the patches), and how large it is (ecp_i_problem) */
 static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax, ecp_real *F,
                                   ecp_i_size *total)
 {
     ecp_i_island *s = (ecp_i_island *)self;
-    ecp_real dv[6];
-    int i, k, r;
+    int i;
     total->largest = total->error = total->friction = 0;
     for (i = 0; i < ecp_i_body_count(s); i++) {
-        ecp_i_motion *m = ecp_i_mover(s, i);
-        ecp_i_trial_move(m, s->h, z + 6 * i, dv);
-        ecp_i_scale(m->mass, dv, m->residual);
-        ecp_i_sub(m->residual, m->kick, m->residual);
-        ecp_i_spin_momentum(m->R0, m->body->inertia, dv + 3, m->residual + 3);
-        ecp_i_sub(m->residual + 3, m->kick + 3, m->residual + 3);
-        m->floor[0] = ecp_i_norm(m->kick);
-        m->floor[1] = ecp_i_norm(m->kick + 3);
-        m->noise = m->jitter = 0;
+        ecp_i_begin_balance(ecp_i_mover(s, i), s->h, z + 6 * i);
     }
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
@@ -6296,46 +6347,11 @@ static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax,
     }
     ecp_i_clear_left_out(s, F);
     for (i = 0; i < s->pair_count; i++) {
-        const ecp_i_pair *c = s->pairs[i];
-        const ecp_real *row = F + c->at;
-        ecp_i_projection q;
-        ecp_real jitter = ecp_i_moves_a(c) ? c->ma->jitter : ECP_R(0);
-        ecp_real friction[3], size;
-        /* a gap is held to the tolerance times a thousand radii, however far points move in the step */
-        ecp_real gap_weight = ecp_i_max(1, s->h * c->V / (1000 * c->a->shape.radius));
-        int normal = ecp_i_on_plane(c) ? 3 : 4, gap = ecp_i_at_p(c);
-        if (ecp_i_moves_b(c)) jitter = ecp_i_max(jitter, c->mb->jitter);
-        size = ecp_i_largest(normal, row) - c->n_noise;
-        ecp_i_worst(&size, ecp_i_largest(gap - normal, row + normal));
-        ecp_i_worst(&total->error, ecp_i_geometry_error(s, c, size, jitter));
-        ecp_i_worst(&total->error, gap_weight * (ecp_i_abs(row[gap]) - ecp_i_gap_noise(s, c)));
-        ecp_i_worst(&total->largest, ecp_i_largest(gap + 1, row));
-        if (ecp_i_nf(c) == 0) continue;
-        ecp_i_cone_project(c, c->rho, &q);
-        ecp_i_friction_rows(c, &q, friction);
-        size = ecp_i_largest(ecp_i_nf(c), friction);
-        ecp_i_worst(&total->largest, size);
-        ecp_i_worst(&total->friction, size);
-        ecp_i_worst(&total->error, size - (1 - ecp_i_taken_away(&q)) * jitter / c->V);
+        ecp_i_add_pair_size(s, s->pairs[i], F + s->pairs[i]->at, total);
     }
     total->rest = total->largest;
     for (i = 0; i < ecp_i_body_count(s); i++) {
-        const ecp_i_motion *m = ecp_i_mover(s, i);
-        ecp_real unit = m->mass * m->speed, noise = ECP_I_PAIRS ? m->noise / m->speed : ECP_R(0);
-        if (noise > 0) {
-            /* but what the loads do in the step is told from nothing, if it can be: it adds up */
-            ecp_real moved = ecp_i_norm(m->free) / m->speed;
-            if (moved > 0 && !s->loose) noise = ecp_i_min(noise, moved / 64);
-        }
-        for (k = 0; k < 2; k++) {
-            ecp_real scale = k ? unit * m->length : unit, *row = F + 6 * i + 3 * k;
-            ecp_real floor = 16 * ECP_I_EPSILON * m->floor[k] / scale, size;
-            for (r = 0; r < 3; r++) row[r] = m->residual[3 * k + r] / scale;
-            size = ecp_i_largest(3, row);
-            ecp_i_worst(&total->largest, size);
-            ecp_i_worst(&total->rest, size - floor / 8);
-            ecp_i_worst(&total->error, size - floor - noise);
-        }
+        ecp_i_balance_rows(s, ecp_i_mover(s, i), F + 6 * i, total);
     }
 }
 

@@ -10620,6 +10620,20 @@ static int ecp_i_on_a_kink(const ecp_i_island *s, const ecp_real *z, ecp_real ti
     return 0;
 }
 
+/* Centres the solution z, if there may be others or it comes from a point that was not centred. Returns 0 where that is
+   not reached or z is left uncentred. whole: nothing is left out; what is left out is apart in this solution, and need
+   not be in another one. */
+static int ecp_i_centre_island(ecp_i_step *step, ecp_i_island *s, const ecp_i_problem *p,
+                               ecp_real *z, ecp_real *best, ecp_i_effort *effort, int whole)
+{
+    int moved = effort->iterations > 0;
+    if (s->many || s->uncentred || (moved && ecp_i_on_a_kink(s, z, step->o->tolerance))) {
+        return whole ? ecp_i_centre(s, p, step, z, best, effort) : 0;
+    }
+    /* what rests uncentred is left alone */
+    return moved || !s->in_vain;
+}
+
 static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
 {
     ecp_i_island s;
@@ -10642,14 +10656,9 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     if (ECP_I_PAIRS) p.hurries = ecp_i_hurries(step, &s);
     if (ecp_i_in_haste(&p)) *step->cut = 1;
     solved = ecp_i_solve_equations(&s, &p, o, z, &effort);
-    /* what is left out is apart in this solution, and need not be in another one */
     whole = !ECP_I_PAIRS || s.pair_count == s.all;
     if (ECP_I_CENTRING && solved && o->rule == ECP_CENTRED) {
-        if (s.many || s.uncentred ||
-            (effort.iterations > 0 && ecp_i_on_a_kink(&s, z, o->tolerance)))
-            centred = whole ? ecp_i_centre(&s, &p, step, z, best, &effort) : 0;
-        else if (s.in_vain && effort.iterations == 0)
-            centred = 0; /* what rests uncentred is left alone */
+        centred = ecp_i_centre_island(step, &s, &p, z, best, &effort, whole);
         step->r->centred &= centred;
     }
     if (step->arena.overflow) return ecp_i_no_room(step, &s, label);

@@ -7989,15 +7989,63 @@ static ecp_real ecp_i_spot_admittance(const ecp_i_pair *c, const ecp_i_spot *k,
     return sum;
 }
 
+/* Where spot i of a patch with a half-space is on A, at the trial pose: the farthest along n, which is tilted to a side
+   but for the first. Returns the gap there. */
+static ecp_real ecp_i_spot_on_plane(const ecp_i_pair *c, const ecp_i_posed *A, const ecp_i_posed *B,
+                                    const ecp_real n[3], const ecp_real side[3], int i,
+                                    ecp_real at[3])
+{
+    ecp_i_spot *s = ecp_i_sample_of(c)->spots + i;
+    ecp_real local[3];
+    ecp_i_axpy(n, i ? ECP_I_TILT : ECP_R(0), side, local);
+    ecp_i_farthest(A, local, 0, at);
+    ecp_i_sub(at, A->x, local);
+    ecp_i_mul_t(A->Q, local, s->a);
+    ecp_i_sub(at, B->x, local);
+    return ecp_i_dot(c->N, local) - B->shape->size[3];
+}
+
+/* The same of two bodies: the nearest points with A tilted to the side, or where none are found those of the first
+   spot, which are known. */
+static ecp_real ecp_i_spot_on_pair(ecp_i_pair *c, const ecp_i_posed *A, const ecp_i_posed *B,
+                                   const ecp_real n[3], const ecp_real side[3], int i,
+                                   ecp_real at[3])
+{
+    ecp_i_spot *first = ecp_i_sample_of(c)->spots, *s = first + i;
+    ecp_real local[3];
+    if (i > 0 && !ecp_i_tilted_nearest(c, n, side, s->a, s->b)) {
+        ecp_i_copy3(first->a, s->a);
+        ecp_i_copy3(first->b, s->b);
+    }
+    ecp_i_mul(A->Q, s->a, at);
+    ecp_i_add(at, A->x, at);
+    ecp_i_mul(B->Q, s->b, local);
+    ecp_i_add(local, B->x, local);
+    ecp_i_sub(at, local, local);
+    return ecp_i_dot(c->N, local);
+}
+
+/* velocity of the patch's friction for its unit impulse at the spot, at most */
+static ecp_real ecp_i_spot_rho(const ecp_i_pair *c, const ecp_i_spot *s)
+{
+    static const ecp_real none[3] = {0, 0, 0};
+    ecp_real rho = 0;
+    int k;
+    for (k = 0; k < ecp_i_nf(c); k++) {
+        ecp_real W = ecp_i_spot_admittance(c, s, k == 0 ? c->t : k == 1 ? c->o : none, k > 1);
+        rho += c->e[k] * c->e[k] * W;
+    }
+    return rho;
+}
+
 /* the spots of a patch at the trial pose; impulses stay */
 static void ecp_i_spots_find(ecp_i_pair *c, ecp_real h)
 {
-    static const ecp_real none[3] = {0, 0, 0};
     ecp_i_sample *sample = ecp_i_sample_of(c);
     ecp_i_spot *spots = sample->spots;
     ecp_i_posed A, B;
-    ecp_real n[3], at[3], side[3], u[3], local[3];
-    int i, k;
+    ecp_real n[3], at[3], side[3], u[3];
+    int i;
     ecp_i_poses(c, 1, &A, &B);
     if (ecp_i_on_plane(c))
         ecp_i_plane_gap(&A, &B, 0, n, at);
@@ -8008,43 +8056,18 @@ static void ecp_i_spots_find(ecp_i_pair *c, ecp_real h)
     sample->rho = 0;
     for (i = 0; i < ECP_I_SPOTS; i++) {
         ecp_i_spot *s = spots + i;
-        ecp_real rho = 0;
         ecp_i_scale(i & 1 ? ECP_R(1) : ECP_R(-1), c->t, side);
         ecp_i_axpy(side, i & 2 ? ECP_R(1) : ECP_R(-1), c->o, side);
-        if (ecp_i_on_plane(c)) {
-            ecp_i_axpy(n, i ? ECP_I_TILT : ECP_R(0), side, local);
-            ecp_i_farthest(&A, local, 0, at);
-            ecp_i_sub(at, A.x, local);
-            ecp_i_mul_t(A.Q, local, s->a);
-        } else {
-            if (i > 0 && !ecp_i_tilted_nearest(c, n, side, s->a, s->b)) {
-                ecp_i_copy3(spots[0].a, s->a);
-                ecp_i_copy3(spots[0].b, s->b);
-            }
-            ecp_i_mul(A.Q, s->a, at);
-            ecp_i_add(at, A.x, at);
-        }
+        s->gap = ecp_i_on_plane(c) ? ecp_i_spot_on_plane(c, &A, &B, n, side, i, at)
+                                   : ecp_i_spot_on_pair(c, &A, &B, n, side, i, at);
         ecp_i_sub(at, c->ma->dx, s->ra);
         ecp_i_add(at, c->offset, s->rb);
         ecp_i_sub(s->rb, c->mb->dx, s->rb);
-        if (ecp_i_on_plane(c)) {
-            ecp_i_sub(at, B.x, local);
-            s->gap = ecp_i_dot(c->N, local) - B.shape->size[3];
-        } else {
-            ecp_i_mul(B.Q, s->b, local);
-            ecp_i_add(local, B.x, local);
-            ecp_i_sub(at, local, local);
-            s->gap = ecp_i_dot(c->N, local);
-        }
         ecp_i_spot_velocity(s, c->ma->v, c->mb->v, u);
         s->gap = s->gap / h - ecp_i_dot(c->N, u);
         s->W = ecp_i_spot_admittance(c, s, c->N, 0);
-        for (k = 0; k < ecp_i_nf(c); k++) {
-            ecp_real W = ecp_i_spot_admittance(c, s, k == 0 ? c->t : k == 1 ? c->o : none, k > 1);
-            rho += c->e[k] * c->e[k] * W;
-        }
-        sample->rho =
-            ecp_i_max(sample->rho, rho); /* convex in the place: holds between the spots */
+        /* convex in the place: holds between the spots */
+        sample->rho = ecp_i_max(sample->rho, ecp_i_spot_rho(c, s));
     }
 }
 

@@ -13361,13 +13361,13 @@ ECP_DEF ecp_status ecp_dump(const ecp_world *world, ecp_real h, const ecp_option
 /* >>printed ===============================================================================
    The paper's equations, term by term as they are printed, on the states before and after a step.
    Nothing here is shared with the solver but the shapes, the vectors, the step of a quaternion, the momentum of a spin,
-   and the gyroscopic moment of bodies that turn far within the step, which is no longer the printed one
+   and the gyroscopic moment of bodies that turn far within the step, which is not the printed one
    (ecp_i_gyroscopic). */
 
 /* |residual| against the size of what it is made of */
 static ecp_real ecp_i_relative(ecp_real residual, ecp_real size)
 {
-    return ecp_i_abs(residual) / ecp_i_max(size, ECP_I_EPSILON * ECP_I_EPSILON);
+    return ecp_i_abs(residual) / ecp_i_max(size, ECP_I_SMALLEST);
 }
 
 /* 0 <= x _|_ y >= 0, each in its own unit: the natural residual min(x, y) */

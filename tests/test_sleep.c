@@ -116,6 +116,7 @@ static int sleep_steps(sleep_run *run, int steps)
             if (ecp_step(run->w[k], run->h, run->o + k, run->r + k) != ECP_OK) return -1;
         }
         if (!sleep_same(run->w[0], run->w[1])) return -1;
+        CHECK(run->r[0].centred == run->r[1].centred);
     }
     CHECK(run->r[1].asleep == 0);
     CHECK(run->r[0].patches_kept == run->r[1].patches_kept);

@@ -131,6 +131,8 @@ int main(void)
         ecp_body_add(w, &b, NULL);
         ecp_body_add_shape(w, i, &s, NULL, NULL, NULL, NULL);
     }
+    check(ecp_guess_ecp(w, 1, 2, up) == ECP_BAD_KIND, "no patch of two balls");
+    check(ecp_guess_ecp(w, 1, 0, up) == ECP_OK, "one with the ground");
     check(o.fallbacks == 0, "no fallback by default");
     o.fallbacks = ECP_FALLBACK_GEOMETRIC;
     check(ecp_step(w, (ecp_real)0.01, &o, &r) == ECP_BAD_OPTION, "none to be asked for");

@@ -1343,7 +1343,7 @@ static void ecp_i_congruence(const ecp_real R[9], const ecp_real A[9], ecp_real 
 
 /* ecp_chol_factor and ecp_chol_solve of a 3 x 3 matrix, written out for speed; 0 where it is not positive
    definite */
-static int ecp_i_root(ecp_real A[9])
+static int ecp_i_cholesky3(ecp_real A[9])
 {
     ecp_real d = A[0];
     if (!(d > 0)) return 0;
@@ -1360,7 +1360,7 @@ static int ecp_i_root(ecp_real A[9])
     return 1;
 }
 
-static void ecp_i_root_solve(const ecp_real L[9], ecp_real b[3])
+static void ecp_i_cholesky3_solve(const ecp_real L[9], ecp_real b[3])
 {
     b[0] /= L[0];
     b[1] = (b[1] - L[3] * b[0]) / L[4];
@@ -3380,11 +3380,11 @@ static ecp_status ecp_i_check_inertia(const ecp_real inertia[9])
         }
     }
     for (i = 0; i < 9; i++) S[i] = inertia[i] / trace;
-    if (!ecp_i_root(S)) return ECP_BAD_INERTIA;
+    if (!ecp_i_cholesky3(S)) return ECP_BAD_INERTIA;
     for (i = 0; i < 9; i++) {
         S[i] = (i % 4 == 0 ? ECP_R(0.5) + slack : ECP_R(0)) - inertia[i] / trace;
     }
-    return ecp_i_root(S) ? ECP_OK : ECP_BAD_INERTIA_TRIANGLE;
+    return ecp_i_cholesky3(S) ? ECP_OK : ECP_BAD_INERTIA_TRIANGLE;
 }
 
 static ecp_status ecp_i_check_pose(const ecp_real *position, const ecp_real *rotation)
@@ -3867,10 +3867,10 @@ static void ecp_i_velocity_change(ecp_i_motion *m, const ecp_real impulse[6], ec
     if (ecp_i_is_zero(dv + 3)) return;
     if (m->root[0] == 0) {
         ecp_i_copy(9, m->body->inertia, m->root);
-        ecp_i_root(m->root);
+        ecp_i_cholesky3(m->root);
     }
     ecp_i_mul_t(m->R0, dv + 3, own);
-    ecp_i_root_solve(m->root, own);
+    ecp_i_cholesky3_solve(m->root, own);
     ecp_i_mul(m->R0, own, dv + 3);
 }
 
@@ -3937,8 +3937,8 @@ static void ecp_i_gyroscopic(const ecp_real inertia[9], const ecp_real w[3], ecp
     if (ecp_i_is_zero(moment)) return;
     ecp_i_copy(9, inertia, L);
     ecp_i_copy3(moment, change);
-    ecp_i_root(L);
-    ecp_i_root_solve(L, change);
+    ecp_i_cholesky3(L);
+    ecp_i_cholesky3_solve(L, change);
     if (400 * h * h * ecp_i_dot(change, moment) <= ecp_i_dot(w, Iw)) return;
     if (ecp_i_implicit_rotation(inertia, w, h, change)) {
         ecp_i_mul(inertia, change, Iw);
@@ -6278,6 +6278,9 @@ static void ecp_i_begin_balance(ecp_i_motion *m, ecp_real h, const ecp_real *z)
     m->noise = m->jitter = 0;
 }
 
+/* a gap is held to the tolerance times so many radii, however far points move in the step */
+#define ECP_I_FAR_RADII 1000
+
 /* how large the rows of a patch are, from `row` on; friction is measured with a rho that does not depend on the load */
 static void ecp_i_add_pair_size(const ecp_i_island *s, const ecp_i_pair *c, const ecp_real *row,
                                 ecp_i_size *total)
@@ -6285,8 +6288,7 @@ static void ecp_i_add_pair_size(const ecp_i_island *s, const ecp_i_pair *c, cons
     ecp_i_projection q;
     ecp_real jitter = ecp_i_moves_a(c) ? c->ma->jitter : ECP_R(0);
     ecp_real friction[3], size;
-    /* a gap is held to the tolerance times a thousand radii, however far points move in the step */
-    ecp_real gap_weight = ecp_i_max(1, s->h * c->V / (1000 * c->a->shape.radius));
+    ecp_real gap_weight = ecp_i_max(1, s->h * c->V / (ECP_I_FAR_RADII * c->a->shape.radius));
     int normal = ecp_i_on_plane(c) ? 3 : 4, gap = ecp_i_at_p(c);
     if (ecp_i_moves_b(c)) jitter = ecp_i_max(jitter, c->mb->jitter);
     size = ecp_i_largest(normal, row) - c->n_noise;
@@ -8670,6 +8672,9 @@ static size_t ecp_i_tree_reals(const ecp_world_desc *d)
 /* of ecp_advance */
 #define ECP_I_MAX_ORDER 12
 
+/* a time that never comes, s */
+#define ECP_I_NEVER ECP_R(1e30)
+
 /* what a patch that carries does in one base step */
 typedef struct ecp_i_phase {
     int shape_a, shape_b;
@@ -10752,7 +10757,8 @@ static ecp_status ecp_i_verify(ecp_i_step *s)
     s->r->worst_gap = 0;
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs + i;
-        ecp_real radius = c->a->shape.radius, size = ecp_i_min(s->h * c->V, 1000 * radius) + radius;
+        ecp_real radius = c->a->shape.radius,
+                 size = ecp_i_min(s->h * c->V, ECP_I_FAR_RADII * radius) + radius;
         ecp_real limit = -c->d_floor - 4 * s->o->tolerance * size, gap;
         if (ecp_i_left_out(c)) {
             first += i == first;
@@ -11600,7 +11606,7 @@ static int ecp_i_outlived(ecp_i_advance *a)
 /* the time in which a margin is gone, at its rate; the shortest of all patches */
 static ecp_real ecp_i_margin_time(const ecp_i_advance *a)
 {
-    ecp_real time = ECP_R(1e30);
+    ecp_real time = ECP_I_NEVER;
     int k, m;
     for (k = 0; k < a->last_count; k++) {
         const ecp_i_phase *f = a->last + k;
@@ -11621,9 +11627,9 @@ static void ecp_i_spin_change(const ecp_i_body *b, ecp_real L[3])
     ecp_real R[9], root[9], own[3];
     ecp_quat_to_matrix(b->q, R);
     ecp_i_copy(9, b->inertia, root);
-    ecp_i_root(root);
+    ecp_i_cholesky3(root);
     ecp_i_mul_t(R, L, own);
-    ecp_i_root_solve(root, own);
+    ecp_i_cholesky3_solve(root, own);
     ecp_i_mul(R, own, L);
 }
 
@@ -12403,7 +12409,7 @@ static ecp_real ecp_i_longest(const ecp_i_advance *a)
         if (ecp_i_moves(b)) rate = ecp_i_max(rate, ecp_i_norm(b->v + 3));
     }
     if (a->o.longest_step > 0) rate = ecp_i_max(rate, 1 / a->o.longest_step);
-    return rate > 0 ? 1 / rate : ECP_R(1e30);
+    return rate > 0 ? 1 / rate : ECP_I_NEVER;
 }
 
 /* the length below which nothing is told apart: what passes at the full speed is a quarter of the
@@ -12557,7 +12563,7 @@ static ecp_real ecp_i_hunt(ecp_i_advance *a, ecp_real H, ecp_real least, ecp_rea
     a->drift = least;
     if (rate > 0 && !a->o.load)
         a->drift = ecp_i_max(least, ecp_i_sqrt(a->o.tolerance) / (2 * rate));
-    a->nearest = ECP_R(1e30);
+    a->nearest = ECP_I_NEVER;
     if (a->looking && ecp_i_arrived(a)) return 0;
     if (a->looking && a->nearest < left && a->nearest < (a->exact ? a->drift : least)) {
         ecp_i_drift(a, a->nearest);

@@ -4043,7 +4043,8 @@ typedef struct ecp_i_pair {
     ecp_real *multipliers;
     ecp_i_motion *carried;         /* the body that rests on the other, against gravity */
     struct ecp_i_pair *next_below; /* of the patches that carry the same body */
-    int held;   /* friction is left on its limit, where it does not slip, by centring steps */
+    unsigned char may_stick,
+        held;   /* friction does not slip; it is left on its limit by centring steps */
     int placed; /* set when fa, ga and what ecp_i_pair_place finds belong to a_local */
     /* the turns of A (ecp_i_motion) for which Qa, turned and ra hold; of B, for which Qb holds, and
        the normal and tangents of a half-space; 0: none */
@@ -4474,12 +4475,6 @@ static void ecp_i_cone_project(const ecp_i_pair *c, ecp_real rho, ecp_i_projecti
     q->outer = (q->z_norm + q->radius + ecp_i_smooth_abs(q->z_norm - q->radius, tau2)) / 2;
 }
 
-/* Does the patch touch without a load? */
-static int ecp_i_idles(const ecp_i_pair *c, ecp_real h, ecp_real tiny)
-{
-    return ecp_i_abs(c->p[0]) < tiny && ecp_i_abs(c->d) < tiny * h * c->V;
-}
-
 /* the part of z that the projection takes away */
 static ecp_real ecp_i_taken_away(const ecp_i_projection *q)
 {
@@ -4574,13 +4569,6 @@ static int ecp_i_pair_column(const ecp_i_pair *c, const ecp_i_change *t, ecp_rea
 /* how near to its kink a row may be treated as on either side */
 static ecp_real ecp_i_kink(int centring) { return centring ? ecp_i_sqrt(ECP_I_EPSILON) : ECP_R(0); }
 
-/* centring: does friction stick, or is it at its limit without slip? Without a load that limit is nothing. */
-static int ecp_i_may_stick(const ecp_i_pair *c, const ecp_i_projection *q, ecp_real h)
-{
-    ecp_real kink = ecp_i_kink(1);
-    return ecp_i_taken_away(q) < kink || (ecp_i_idles(c, h, kink) && ecp_i_norm(c->slip) < kink);
-}
-
 /* what the columns of one block have in common: the slopes of the gap's row by p_n and by the gap; the
    projection, the part of z that it takes away and, unless that is nothing, the slopes of outer by |z| and
    of the radius by p_n */
@@ -4591,11 +4579,12 @@ typedef struct ecp_i_slopes {
     ecp_i_projection cone;
 } ecp_i_slopes;
 
-static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_real kink, ecp_i_slopes *s)
+static void ecp_i_pair_slopes(ecp_i_pair *c, ecp_real h, ecp_real kink, ecp_i_slopes *s)
 {
     ecp_real apart, tau2 = ecp_i_relax(c) * ecp_i_relax(c), p = c->p[0], q, size;
+    int idles = ECP_I_CENTRING && ecp_i_abs(p) < kink && ecp_i_abs(c->d) < kink * h * c->V;
     ecp_i_fb(p, c->d / (h * c->V) + ecp_i_relax(c) * p, ecp_i_relax(c), &s->p, &s->d);
-    if (ECP_I_CENTRING && ecp_i_idles(c, h, kink)) {
+    if (idles) {
         /* centring: a contact that touches without a load may take one */
         s->p = 0;
         s->d = 1;
@@ -4609,7 +4598,8 @@ static void ecp_i_pair_slopes(const ecp_i_pair *c, ecp_real h, ecp_real kink, ec
     if (ecp_i_nf(c) == 0) return;
     ecp_i_cone_project(c, ecp_i_rho(c), &s->cone);
     s->rest = ecp_i_taken_away(&s->cone);
-    if (ECP_I_CENTRING && kink > 0 && ecp_i_may_stick(c, &s->cone, h)) {
+    c->may_stick = s->rest < kink || (idles && ecp_i_norm(c->slip) < kink);
+    if (ECP_I_CENTRING && c->may_stick) {
         /* centring: friction at its limit that does not slip leaves it or stays there, as the patch is told, and where
            there is no load it grows with that */
         s->rest = 0;
@@ -10128,10 +10118,7 @@ static int ecp_i_hold_friction(const ecp_i_island *s, const ecp_real *z, const e
         ecp_i_pair *c = s->pairs[i];
         const ecp_real *y = z + c->at + ecp_i_at_p(c), *dy = dz + c->at + ecp_i_at_p(c);
         ecp_real inside = 0, ahead = 0, bend = 0, root;
-        ecp_i_projection q;
-        if (ecp_i_nf(c) == 0 || c->held) continue;
-        ecp_i_cone_project(c, ecp_i_rho(c), &q);
-        if (!ecp_i_may_stick(c, &q, s->h)) continue;
+        if (ecp_i_nf(c) == 0 || c->held || !c->may_stick) continue;
         /* |y + t dy|^2 = mu^2 (p + t dp)^2 at t = inside / root */
         for (k = 0; k <= ecp_i_nf(c); k++) {
             ecp_real sign = k > 0 ? ECP_R(1) : -c->mu * c->mu;

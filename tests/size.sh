@@ -144,7 +144,7 @@ if command -v "$arm" >/dev/null && command -v qemu-system-arm >/dev/null; then
     done
     macros
     limit 'flash, ball' "${flash_arm_BALL:-999999}" 12000 23780
-    limit 'flash, table' "${flash_arm_TABLE:-999999}" 20000 28690
+    limit 'flash, table' "${flash_arm_TABLE:-999999}" 20000 28760
     limit 'RAM, table' "${ram_arm_TABLE:-999999}" 8000 13100
 else
     echo "skipped: Cortex-M4F, no $arm or no qemu-system-arm"

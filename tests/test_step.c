@@ -2552,6 +2552,60 @@ static void test_step_working_set(void)
     CHECK(unsolved == 6 && solved >= test_by(6, 5));
 }
 
+/* A cylinder that stands in a corner, flush with the wall, at the origin or elsewhere: the wall may carry some of it by
+   friction or not, and by the rule it does or does not, whatever the rounding of its gap. */
+static void test_step_niche(void)
+{
+    int k, i, both = 0;
+    for (k = 0; k < 60; k++) {
+        double size = 0.3 + 0.25 * test_random(), mu = 0.8 + 0.6 * test_random(), carried[2],
+               centred[2], off[2];
+        double at[3];
+        for (i = 0; i < 3; i++) at[i] = 2 * test_random();
+        for (i = 0; i < 2; i++) {
+            ecp_world *w = test_world(NULL);
+            ecp_material m = test_material(mu, 1, 1, 0);
+            ecp_body_desc b = ecp_body_desc_default();
+            ecp_real up[3] = {0, 0, 1}, out[3] = {-1, 0, 0}, x[3];
+            ecp_contact c;
+            ecp_report r;
+            ecp_shape s;
+            int body = -1, j;
+            for (j = 0; j < 3; j++) x[j] = i ? (ecp_real)at[j] : ECP_R(0);
+            b.kind = ECP_STATIC;
+            ecp_i_copy3(x, b.position);
+            CHECK(ecp_body_add(w, &b, &body) == ECP_OK);
+            CHECK(ecp_shape_half_space(&s, up, 0) == ECP_OK);
+            test_attach(w, body, &s, 0, 0, 0, &m);
+            b.position[0] += (ecp_real)(0.4 * size);
+            CHECK(ecp_body_add(w, &b, &body) == ECP_OK);
+            CHECK(ecp_shape_half_space(&s, out, 0) == ECP_OK);
+            test_attach(w, body, &s, 0, 0, 0, &m);
+            x[2] += (ecp_real)(0.7 * size);
+            body = test_body(w, ECP_DYNAMIC, 1, 0.1 * size * size, 0.1 * size * size,
+                             0.1 * size * size, (double)x[0], (double)x[1], (double)x[2]);
+            CHECK(ecp_shape_cylinder(&s, (ecp_real)(0.4 * size), (ecp_real)(0.7 * size)) == ECP_OK);
+            test_attach(w, body, &s, 0, 0, 0, &m);
+            CHECK(ecp_step(w, ECP_R(0.003), NULL, &r) == ECP_OK);
+            centred[i] = r.centred;
+            carried[i] = off[i] = 0;
+            for (j = 0; j < ecp_contact_count(w); j++) {
+                CHECK(ecp_contact_get(w, j, &c) == ECP_OK);
+                if (c.body_b == 0) off[i] = (double)(c.point_a[0] - x[0]) / size;
+                if (c.body_b == 1) carried[i] = (double)c.p_n / (9.8 * 0.003);
+            }
+            free(w);
+        }
+        if (!(centred[0] > 0 && centred[1] > 0)) continue;
+        both++;
+        CHECK_NEAR(off[0], off[1], test_by(1e-6, 1e-2));
+        CHECK_NEAR(carried[0], carried[1], test_by(1e-6, 1e-2));
+    }
+    printf("niches in %s: %d of 60 centred in both\n",
+           sizeof(ecp_real) == sizeof(double) ? "double" : "float", both);
+    CHECK(both >= (int)test_by(20, 5));
+}
+
 /* Eight cubes, flush, fall together: those across an edge or a corner of the grid make no patch. Two that meet edge on
    edge do, in the step in which they would overlap and while they press on each other. */
 static void test_step_corners(void)
@@ -2683,6 +2737,7 @@ static void test_step(void)
     test_step_apart();
     test_step_poses();
     test_step_flush();
+    test_step_niche();
     test_step_corners();
     test_step_working_set();
     if (sizeof(ecp_real) == sizeof(double)) test_step_standstill();

@@ -12289,9 +12289,8 @@ static ecp_i_outcome ecp_i_macro(ecp_i_advance *a, int aim, int forced, int *col
         }
     }
     if (!forced) return ECP_I_UNCONVERGED;
-    /* as far as extrapolation came, if it came nearer than the base steps */
-    if (error[most] < ecp_i_error(a, a->rows + (most - 1) * n, a->rows))
-        ecp_i_add_changes(a, a->rows);
+    /* what is kept is the last column's, not what did not converge */
+    error[most] = ecp_i_error(a, a->rows + (most - 1) * n, a->rows);
     return ECP_I_PASSED;
 }
 

@@ -901,9 +901,9 @@ ECP_DEF ecp_status ecp_dump(const ecp_world *world, ecp_real h, const ecp_option
    (ecp_body_apply_force, ecp_body_apply_torque), and sets the velocities of kinematic bodies. It must be a function
    of both alone, as base steps are repeated, and no impulses belong there: they would act in every base step.
    ecp_step, ecp_advance, ecp_dump and what adds or removes bodies and shapes are ECP_BAD_OPTION there; nothing else is
-   to be changed there either, which is not checked. It is seen at these
-   times only: what comes and goes between two of them is not there. While little moves they are seconds apart, so
-   give a load that varies a longest_step, of a fraction of what it takes. */
+   to be changed there either, which is not checked. It is seen at these times only: what comes and goes between two of
+   them is not there. While little moves they are seconds apart, so give a load that varies a longest_step, of a
+   fraction of what it takes. */
 typedef void (*ecp_load)(void *user, ecp_world *world, ecp_real time);
 
 typedef struct ecp_advance_options {
@@ -4043,8 +4043,8 @@ typedef struct ecp_i_pair {
     ecp_real *multipliers;
     ecp_i_motion *carried;         /* the body that rests on the other, against gravity */
     struct ecp_i_pair *next_below; /* of the patches that carry the same body */
-    unsigned char may_stick,
-        held;   /* friction does not slip; it is left on its limit by centring steps */
+    unsigned char may_stick;       /* friction does not slip, as the last centring step saw it */
+    unsigned char held;            /* friction is left on its limit by centring steps */
     int placed; /* set when fa, ga and what ecp_i_pair_place finds belong to a_local */
     /* the turns of A (ecp_i_motion) for which Qa, turned and ra hold; of B, for which Qb holds, and
        the normal and tangents of a half-space; 0: none */
@@ -10109,7 +10109,8 @@ static void ecp_i_island_load(void *self, ecp_real share)
 #define ECP_I_REACHED ECP_R(1e-3)
 
 /* Friction that sticks, and that a centring step would take beyond its limit: where it has reached that it is held
-   there, and where not, *part, of the step, is cut to end there. How many are held now that were not? */
+   there, and where not, *part, of the step, is cut to end there. How many are held now that were not? (Without a load
+   the cone has no surface yet: a step that leaves it from its apex is Newton's to bring back.) */
 static int ecp_i_hold_friction(const ecp_i_island *s, const ecp_real *z, const ecp_real *dz,
                                ecp_real *part)
 {
@@ -12429,7 +12430,7 @@ static ecp_real ecp_i_floor(const ecp_i_advance *a, ecp_i_patience *p)
     } else if (p->solves > 500) {
         least = ecp_i_max(least, scale / 4096);
     }
-    /* (where it is reached a macro step is forced) */
+    /* where it is reached a macro step is forced, which one that is short on request is not to be */
     return a->o.longest_step > 0 ? ecp_i_min(least, a->o.longest_step / 4) : least;
 }
 

@@ -2269,6 +2269,33 @@ static void test_step_printed(void)
     free(after);
 }
 
+/* What is wrong with friction is as large in the printed equations whatever the unit of mass. */
+static void test_step_printed_units(void)
+{
+    ecp_real found[2];
+    int k;
+    for (k = 0; k < 2; k++) {
+        ecp_material m = test_material(0.3, 1, 1, 0);
+        ecp_world *before = test_world(NULL), *after;
+        ecp_printed printed;
+        int box;
+        test_ground(before, 0, 0, 1, &m);
+        box = test_box(before, k ? ldexp(1, (int)test_by(-200, -40)) : 1, 0.2, 0.15, 0.1, 0, 0, 0.1,
+                       &m);
+        ecp_i_set3(ECP_R(0.01), ECP_R(0.005), 0, ecp_i_bodies(before)[box].v);
+        after = test_copy_world(before);
+        CHECK(ecp_step(after, ECP_R(1e-3), NULL, NULL) == ECP_OK && after->patches == 1);
+        CHECK(test_contact(after, 0).mode == ECP_SLIP);
+        ecp_i_patches(after)->contact.p_o *= -1;
+        CHECK(ecp_printed_residual(before, after, ECP_R(1e-3), &printed) == ECP_OK);
+        found[k] = printed.friction;
+        free(before);
+        free(after);
+    }
+    CHECK(found[0] > ECP_R(0.01));
+    CHECK(found[0] == found[1]);
+}
+
 /* What ecp_i_verify refuses, and what ecp_i_island_valid: a box that was over another and is under it now, but not
    one that went round it, nor one that was in it before. */
 static void test_step_passing(void)
@@ -2731,6 +2758,7 @@ static void test_step(void)
     test_step_numbers();
     test_step_dump();
     test_step_printed();
+    test_step_printed_units();
     test_step_passing();
     test_step_belt();
     test_step_momentum();

@@ -3159,9 +3159,11 @@ typedef struct ecp_i_part {
    are max_inequalities reals in the world's array, those of A before those of B. */
 typedef struct ecp_i_patch {
     ecp_contact contact;
-    ecp_real a[3]; /* the ECP in the frame of shape_a */
-    int guess;     /* set by ecp_guess_ecp: only `a` means something */
-    int centred; /* 1: the solution is the one of the rule ECP_CENTRED, -1: that was tried in vain */
+    ecp_real a[3];     /* the ECP in the frame of shape_a */
+    signed char guess; /* set by ecp_guess_ecp: only `a` means something */
+    signed char
+        centred; /* 1: the solution is the one of the rule ECP_CENTRED, -1: that was tried in vain */
+    signed char course; /* how its island was solved: ECP_I_GATHERED and others */
 } ecp_i_patch;
 
 /* what a step was asked for, as far as its result depends on it */
@@ -4000,6 +4002,8 @@ static void ecp_i_predict(const ecp_world *w, const ecp_i_body *b, ecp_real h, e
 
 /* what a patch has of B if that is no half-space */
 typedef struct ecp_i_side_b {
+    ecp_real
+        rest; /* the gap that counts as closed, where bodies come to rest (ecp_i_come_to_rest); or 0 */
     ecp_real *fb, *gb, *fixed_b, *slope_b; /* of g, like fa, ga and the others of f */
     int *active_b;
     ecp_real rb2[3], b_local[3]; /* a2, from B's centre of mass and in the frame of B */
@@ -4273,6 +4277,12 @@ static void ecp_i_pair_cone(ecp_i_pair *c, const ecp_real *y)
     ecp_i_copy3(cone, c->cone);
 }
 
+/* the gap as its row has it */
+static ecp_real ecp_i_row_gap(const ecp_i_pair *c)
+{
+    return ecp_i_on_plane(c) ? c->d : c->d - c->on_b->rest;
+}
+
 /* what adding up positions rounds in the gap of a pair whose ECP is seen from A at ra, from B at rb */
 static ecp_real ecp_i_gap_rounding(const ecp_i_pair *c, const ecp_real ra[3], const ecp_real rb[3])
 {
@@ -4513,8 +4523,8 @@ static void ecp_i_pair_residual(const ecp_i_pair *c, const ecp_real *y, ecp_real
         ecp_i_multiplier_rows(c->nm, y + ecp_i_at_m(c), c->on_b->fb, unit, ecp_i_relax(c), F + row);
         row += c->nm;
     }
-    F[row++] =
-        ecp_i_fb_value(c->p[0], c->d / (h * c->V) + ecp_i_relax(c) * c->p[0], ecp_i_relax(c), &r);
+    F[row++] = ecp_i_fb_value(c->p[0], ecp_i_row_gap(c) / (h * c->V) + ecp_i_relax(c) * c->p[0],
+                              ecp_i_relax(c), &r);
     if (ecp_i_nf(c) == 0) return;
     ecp_i_cone_project(c, ecp_i_rho(c), &q);
     ecp_i_friction_rows(c, &q, F + row);
@@ -4582,8 +4592,9 @@ typedef struct ecp_i_slopes {
 static void ecp_i_pair_slopes(ecp_i_pair *c, ecp_real h, ecp_real kink, ecp_i_slopes *s)
 {
     ecp_real apart, tau2 = ecp_i_relax(c) * ecp_i_relax(c), p = c->p[0], q, size;
-    int idles = ECP_I_CENTRING && ecp_i_abs(p) < kink && ecp_i_abs(c->d) < kink * h * c->V;
-    ecp_i_fb(p, c->d / (h * c->V) + ecp_i_relax(c) * p, ecp_i_relax(c), &s->p, &s->d);
+    ecp_real d = ecp_i_row_gap(c);
+    int idles = ECP_I_CENTRING && ecp_i_abs(p) < kink && ecp_i_abs(d) < kink * h * c->V;
+    ecp_i_fb(p, d / (h * c->V) + ecp_i_relax(c) * p, ecp_i_relax(c), &s->p, &s->d);
     if (idles) {
         /* centring: a contact that touches without a load may take one */
         s->p = 0;
@@ -6142,6 +6153,7 @@ typedef struct ecp_i_island {
     ecp_i_arena *arena;
     /* what counts as zero in a warm start: velocities, scaled, and turns within the step, in rad */
     ecp_real h, noise, turn;
+    ecp_real tolerance;
     ecp_real chord; /* of its patches */
     const ecp_world *world;
     int centring;  /* count unknowns from their target in the next Newton step */
@@ -6150,6 +6162,8 @@ typedef struct ecp_i_island {
     int uncentred; /* a patch starts from a point that the rule ECP_CENTRED did not choose, */
     int in_vain;   /* or could not find */
     int still;     /* nothing moved in the start */
+    int course;    /* how its patches were solved in the last step, together */
+    int rests;     /* its bodies begin the step at rest (ecp_i_come_to_rest) */
     int loose;     /* in float: normals are held to the tolerance only (ecp_i_geometry_error), and
                       momentum to the noise of gaps, whatever the loads */
     size_t begin, blocks_at; /* where the memory of a Newton step begins, and that of its blocks */
@@ -6231,7 +6245,7 @@ static ecp_real ecp_i_geometry_error(const ecp_i_island *s, const ecp_i_pair *c,
    of a gap below zero is twice the gap. */
 static ecp_real ecp_i_gap_noise(const ecp_i_island *s, const ecp_i_pair *c)
 {
-    ecp_real noise = c->d_noise / (s->h * c->V), d = c->d / (s->h * c->V);
+    ecp_real noise = c->d_noise / (s->h * c->V), d = ecp_i_row_gap(c) / (s->h * c->V);
     if (ecp_i_on_plane(c)) return noise;
     return (c->p[0] > -d ? ECP_R(1) : ECP_R(2)) * ECP_I_POSE_ROUNDING * noise;
 }
@@ -6647,6 +6661,8 @@ typedef struct ecp_i_problem {
     int velocities; /* so many unknowns come first that say how velocities change; 0: there are none */
     int large;      /* ecp_i_island_is_large */
     int hurries;    /* the chain ends with the first three starts (ecp_i_hurries) */
+    int gathered; /* the last step was solved by p->gather: so is this one, if it can be */
+    int calm;     /* no merit above the first is let pass */
 } ecp_i_problem;
 
 /* nothing done yet, and what options.max_total_iterations leaves after so many iterations elsewhere */
@@ -6924,7 +6940,7 @@ static void ecp_i_begin_search(const ecp_i_problem *p, ecp_i_search *s)
     int k;
     s->merit = s->lowest = ecp_i_merit(p->n, p->F);
     for (k = 0; k < ECP_I_MEMORY; k++) s->merits[k] = s->merit;
-    s->slack = ECP_I_SLACK;
+    s->slack = ECP_I_PAIRS && p->calm ? ECP_R(0) : ECP_I_SLACK;
     s->fine = 1;
     s->compliance = s->stride = s->miss = 0;
     s->age = s->strides = s->granted = 0;
@@ -7103,14 +7119,22 @@ static int ecp_i_ramp(const ecp_i_problem *p, ecp_real tolerance, int limit, ecp
     return share >= 1;
 }
 
-/* Newton from a start; if that is the warm one, by the working set, and of many unknowns from the second geometric
-   start, and continuation in haste; then Newton again from where it has stalled, if that can be bettered. */
+/* Newton from a start; if that is the warm one, by the working set (first of all, if that has solved the last step),
+   and of many unknowns from the second geometric start, and continuation in haste; then Newton again from where it has
+   stalled, if that can be bettered. */
 static int ecp_i_attempt(const ecp_i_problem *p, int warm, const ecp_options *o, ecp_real *z,
                          ecp_i_effort *effort)
 {
+    int gathers = ECP_I_PAIRS && warm && p->gather && ecp_i_may(o, ECP_FALLBACK_WORKING_SET);
+    if (gathers && p->gathered) {
+        if (p->gather(p->self, p, o, z, effort)) return 1;
+        if (ecp_i_spent(effort)) return 0;
+        gathers = 0;
+        warm = p->start(p->self, 0, z);
+    }
     if (ecp_i_newton(p, warm, o->tolerance, o->max_iterations, 0, z, effort)) return 1;
     if (ecp_i_spent(effort)) return 0;
-    if (ECP_I_PAIRS && warm && p->gather && ecp_i_may(o, ECP_FALLBACK_WORKING_SET)) {
+    if (gathers) {
         ecp_i_copy(p->n, z, p->stalled);
         if (p->gather(p->self, p, o, z, effort)) return 1;
         if (ecp_i_spent(effort)) return 0;
@@ -7364,7 +7388,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     p.valid = NULL;
     p.load = NULL;
     p.kept = p.stalled = NULL;
-    p.velocities = p.large = p.hurries = 0;
+    p.velocities = p.large = p.hurries = p.gathered = p.calm = 0;
     ecp_i_copy(size, z, s.z0);
     effort = ecp_i_effort_after(&o, 0);
     solved = ecp_i_solve(&p, &o, work, &effort);
@@ -9732,6 +9756,18 @@ static int ecp_i_turns_up(const ecp_i_pair *c, const ecp_i_patch *old)
 /* the last of the starts; fallbacks that a program does without need none but the warm one */
 #define ECP_I_STARTS ((ECPSIM_FALLBACKS) & ~(ECP_FALLBACK_SUBSTEPS | ECP_FALLBACK_CHORD) ? 10 : 0)
 
+/* Where bodies come to rest a gap that the certificate lets pass counts as closed, if it is an overlap or has a load: to
+   close it would move what rests. */
+static void ecp_i_let_gap_be(const ecp_i_island *s, const ecp_i_pair *c, const ecp_real *y)
+{
+    ecp_real gap;
+    if (ecp_i_on_plane(c)) return;
+    gap = s->h * c->V * y[ecp_i_at_d(c)];
+    c->on_b->rest = 0;
+    if (!s->rests || ecp_i_abs(gap) > ecp_i_let_pass(c, s->tolerance)) return;
+    if (gap < 0 || y[ecp_i_at_p(c)] > 0) c->on_b->rest = gap;
+}
+
 /* the unknowns of a patch in start k, its impulse on the bodies, and what that may be off; bare: without the impulses
    of the last step */
 static void ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, int bare,
@@ -9762,6 +9798,7 @@ static void ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, 
         ecp_i_tangents(c);
     }
     if (warm && !bare) ecp_i_start_impulses(s, c, z + c->at);
+    ecp_i_let_gap_be(s, c, z + c->at);
     ecp_i_pair_impulse(c, z + c->at);
     ecp_i_pair_noise(c, s->h, 2 * s->noise);
     if (ecp_i_moves_a(c)) ecp_i_wrench(c, c->ma, warm ? c->ra : none, 1);
@@ -9892,8 +9929,10 @@ static const ecp_i_pair *ecp_i_passing(const ecp_i_island *s)
 #define ECP_I_GOES 3
 #define ECP_I_GATHERINGS 40
 
-/* iterations of Newton from a solution without some patches to one with them */
+/* iterations of Newton from a solution without some patches to one with them, and where they were left out in the last
+   step as well */
 #define ECP_I_COMPLETING 10
+#define ECP_I_COMPLETING_AGAIN 2
 
 /* sorts the patches, those in the equations first, each in its place; the tree is made anew */
 static void ecp_i_sort_patches(ecp_i_island *s)
@@ -9996,6 +10035,7 @@ static void ecp_i_start_new(const ecp_i_island *s, ecp_i_pair *c, ecp_real *z)
     c->on_b->set = ECP_I_NEW;
     ecp_i_start_geometric(c, s->h, NULL, ECP_I_FLAT, 0, z + c->at);
     for (k = 0; k <= ecp_i_nf(c); k++) z[c->at + ecp_i_at_p(c) + k] = 0;
+    ecp_i_let_gap_be(s, c, z + c->at);
 }
 
 /* The deepest of those that are left out join at z, the last solution: `most` of them at most. How many that are. */
@@ -10032,11 +10072,11 @@ static void ecp_i_take_back(const ecp_i_island *s, const ecp_i_problem *p, int s
 static void ecp_i_complete(ecp_i_island *s, const ecp_i_problem *p, const ecp_options *o,
                            ecp_real *z, ecp_i_effort *effort)
 {
-    int i;
+    int i, most = p->gathered ? ECP_I_COMPLETING_AGAIN : ECP_I_COMPLETING;
     if (s->pair_count == s->all) return;
     for (i = s->pair_count; i < s->all; i++) ecp_i_start_new(s, s->pairs[i], z);
     ecp_i_sort_patches(s);
-    if (!ecp_i_spent(effort) && ecp_i_newton(p, 0, o->tolerance, ECP_I_COMPLETING, 0, z, effort) &&
+    if (!ecp_i_spent(effort) && ecp_i_newton(p, 0, o->tolerance, most, 0, z, effort) &&
         !ecp_i_passing(s)) {
         ecp_i_change_set(s, ECP_I_NEW, ECP_I_IN);
         return;
@@ -10053,21 +10093,23 @@ static int ecp_i_island_gather(void *self, const ecp_i_problem *p, const ecp_opt
                                ecp_real *z, ecp_i_effort *effort)
 {
     ecp_i_island *s = (ecp_i_island *)self;
-    int round, set, most = s->all, joined = 0, gone = 0, more = 1;
+    int round, set, warm, most = s->all, joined = 0, gone = 0, more = 1;
+    int before = effort->iterations;
     /* (one patch alone is no set) */
     if (s->all < 2 || s->arena->overflow || ecp_i_leave_unloaded(s) == 0) return 0;
     effort->fallbacks |= ECP_FALLBACK_WORKING_SET;
-    p->start(s, 0, z);
+    ecp_i_sort_patches(s);
+    warm = p->start(s, 0, z);
     for (round = 0; more > 0 && round < ECP_I_GATHERINGS && !ecp_i_spent(effort); round++) {
-        ecp_i_sort_patches(s);
-        if (ecp_i_newton(p, 0, o->tolerance, o->max_iterations, 0, z, effort)) {
+        if (round > 0) ecp_i_sort_patches(s);
+        if (ecp_i_newton(p, round == 0 ? warm : 0, o->tolerance, o->max_iterations, 0, z, effort)) {
             ecp_i_copy(p->n, z, p->kept);
             ecp_i_find_depths(s, o->tolerance);
             if (joined > 0) most = 2 * most < s->all ? 2 * most : s->all;
             gone = 0;
             joined = more = ecp_i_join(s, most, z);
             if (joined == 0 && !ecp_i_passing(s)) {
-                ecp_i_complete(s, p, o, z, effort);
+                if (effort->iterations > before) ecp_i_complete(s, p, o, z, effort);
                 return 1;
             }
         } else if (joined > 1) {
@@ -10312,7 +10354,7 @@ static void ecp_i_record(ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp
     ecp_i_copy3(c->o, k->direction_o);
     /* of p_n and d one is zero: the larger one, in its unit, says which (both may be below zero, by rounding and what
        gaps are granted) */
-    if (!(c->p[0] > ecp_i_max(0, c->d / (h * c->V)))) return;
+    if (!(c->p[0] > ecp_i_max(0, ecp_i_row_gap(c) / (h * c->V)))) return;
     k->p_n = c->P * c->p[0];
     k->mode = ECP_SLIP;
     if (ecp_i_nf(c) == 0) return;
@@ -10455,6 +10497,7 @@ static ecp_status ecp_i_not_solved(const ecp_i_step *step, const ecp_i_pair *c, 
 static void ecp_i_open_island(ecp_i_step *step, int label, ecp_i_island *s)
 {
     s->centring = s->many = s->uncentred = s->in_vain = 0;
+    s->rests = 0;
     s->chord = 0;
     s->loose = 0;
     s->tree.fronts = NULL;
@@ -10466,7 +10509,8 @@ static void ecp_i_open_island(ecp_i_step *step, int label, ecp_i_island *s)
     s->h = step->h;
     s->world = step->w;
     s->nearest = step->o->rule == ECP_NEAREST;
-    s->noise = step->o->tolerance / 10;
+    s->tolerance = step->o->tolerance;
+    s->noise = s->tolerance / 10;
     s->turn = ecp_i_content(step->o->tolerance);
     ecp_i_gather_island(step, label, s);
 }
@@ -10483,6 +10527,7 @@ static void ecp_i_island_problem(ecp_i_island *s, ecp_real *const *vectors, ecp_
     p->again = ECP_I_PAIRS ? ecp_i_island_again : NULL;
     p->turn = ECP_I_PAIRS ? ecp_i_island_turn : NULL;
     p->start = ecp_i_island_start;
+    p->gathered = p->calm = 0;
     if (ECP_I_PAIRS) p->gather = NULL;
     if (ECP_I_PAIRS && ((ECPSIM_FALLBACKS)&ECP_FALLBACK_WORKING_SET) != 0)
         p->gather = ecp_i_island_gather;
@@ -10546,6 +10591,113 @@ static int ecp_i_solve_equations(ecp_i_island *s, const ecp_i_problem *p, const 
     return solved;
 }
 
+/* How an island was solved, which its patches keep for the next step: without some of them, with many iterations, with
+   its bodies at rest from the beginning on. */
+enum { ECP_I_GATHERED = 1, ECP_I_LABOURED = 2, ECP_I_RESTED = 4 };
+
+/* From how many iterations on a step is laboured; what an attempt to come to rest may take, of Newton from one start,
+   and in all. */
+#define ECP_I_LABOUR 5
+#define ECP_I_RESTING 5
+#define ECP_I_RESTING_IN_ALL 40
+
+/* Velocities in units vs that may be dropped where bodies come to rest: what tolerances and rounding make of an impact,
+   and a hundred times that. */
+#ifdef ECPSIM_FLOAT
+#define ECP_I_SLOW ECP_R(1e-4)
+#else
+#define ECP_I_SLOW ECP_R(1e-9)
+#endif
+
+/* the course of all patches that the island had in the last step */
+static int ecp_i_last_course(const ecp_i_island *s)
+{
+    int i, course = 0;
+    for (i = 0; i < s->pair_count; i++) {
+        const ecp_i_pair *c = s->pairs[i];
+        if (c->old >= 0) course |= ecp_i_patches(s->world)[c->old].course;
+    }
+    return course;
+}
+
+/* are all velocities below that limit, in units vs, at the beginning of the step; or at its end, but for noise? */
+static int ecp_i_is_slow(const ecp_i_island *s, ecp_real limit, int end)
+{
+    int i;
+    for (i = 0; i < ecp_i_body_count(s); i++) {
+        const ecp_i_motion *m = ecp_i_mover(s, i);
+        const ecp_real *v = end ? m->v : m->body->v;
+        ecp_real most = limit * m->speed + (end ? m->noise + m->jitter : 0);
+        if (!(ecp_i_largest(3, v) <= most && m->length * ecp_i_largest(3, v + 3) <= most)) return 0;
+    }
+    return 1;
+}
+
+/* takes the momentum that the bodies begin the step with off what moves them; or not, as it was */
+static void ecp_i_drop_momentum(ecp_i_island *s, int drop)
+{
+    int i, k;
+    s->rests = drop;
+    for (i = 0; i < ecp_i_body_count(s); i++) {
+        ecp_i_motion *m = ecp_i_mover(s, i);
+        ecp_real v[6], momentum[6];
+        for (k = 0; k < 6; k++) v[k] = drop ? m->body->v[k] + m->body->v_carry[k] : ECP_R(0);
+        ecp_i_scale(m->mass, v, momentum);
+        ecp_i_spin_momentum(m->R0, m->body->inertia, v + 3, momentum + 3);
+        for (k = 0; k < 6; k++) m->kick[k] = m->whole[k] - momentum[k];
+        ecp_i_velocity_change(m, m->kick, m->free);
+    }
+}
+
+/* Bodies that touch each other come to rest. In a jam, as of flush crates after they were dropped, an impact leaves gaps
+   and impulses within the tolerance of its speeds, which at rest ask for velocities far below all that matters but far
+   above the tolerance. A turn about the normal of its contacts nothing resists, so they go on, push others, and each
+   step is a jam anew. So where the last step has laboured, or has come out of this already, and nothing is faster than
+   ECP_I_SLOW, the step begins without their momentum, and gaps within what a certificate lets pass are left as they
+   are. What does not end slow then, or takes long, is solved as ever. */
+static int ecp_i_come_to_rest(ecp_i_island *s, ecp_i_problem *p, const ecp_options *o, int *course,
+                              ecp_real *z, ecp_i_effort *effort)
+{
+    ecp_options quick = *o;
+    int solved, most = effort->most, bound = effort->iterations + ECP_I_RESTING_IN_ALL;
+    ecp_real limit = s->course & ECP_I_RESTED ? o->tolerance : ECP_I_SLOW;
+    if (s->body_count < 2 || !(s->course & (ECP_I_LABOURED | ECP_I_RESTED)) ||
+        s->world->advancing || !ecp_i_is_slow(s, ECP_I_SLOW, 0))
+        return 0;
+    if (quick.max_iterations > ECP_I_RESTING) quick.max_iterations = ECP_I_RESTING;
+    quick.fallbacks &= ECP_FALLBACK_WORKING_SET;
+    if (most > bound) effort->most = bound;
+    p->calm = 1;
+    ecp_i_drop_momentum(s, 1);
+    solved = ecp_i_attempt(p, p->start(s, 0, z), &quick, z, effort) && ecp_i_island_valid(s) &&
+             ecp_i_is_slow(s, limit, 1);
+    p->calm = 0;
+    if (most > bound) effort->most = most;
+    if (solved)
+        *course = ecp_i_is_slow(s, o->tolerance, 1) ? ECP_I_RESTED : ECP_I_LABOURED;
+    else
+        ecp_i_drop_momentum(s, 0);
+    return solved;
+}
+
+/* The whole chain, after an attempt to come to rest. course: ECP_I_GATHERED and others. */
+static int ecp_i_solve_in_course(ecp_i_island *s, ecp_i_problem *p, const ecp_options *o,
+                                 int *course, ecp_real *z, ecp_i_effort *effort)
+{
+    int solved, before;
+    *course = 0;
+    s->course = ecp_i_last_course(s);
+    p->gathered = s->course & ECP_I_GATHERED;
+    solved = ecp_i_come_to_rest(s, p, o, course, z, effort);
+    before = effort->iterations;
+    if (!solved) {
+        solved = ecp_i_solve_equations(s, p, o, z, effort);
+        if (effort->iterations > before + ECP_I_LABOUR) *course = ECP_I_LABOURED;
+    }
+    if (s->pair_count < s->all) *course |= ECP_I_GATHERED;
+    return solved;
+}
+
 /* adds an island to the report */
 static void ecp_i_count_island(const ecp_i_step *step, const ecp_i_island *s,
                                const ecp_i_effort *effort, ecp_real merit)
@@ -10594,7 +10746,7 @@ static void ecp_i_drop_impulse(const ecp_i_pair *c)
 /* the records of the island's patches, from its solution z, but for those left out; centred: 1, 0 if the bound on
    iterations ended the centring or there was none, -1 if it was in vain */
 static void ecp_i_record_island(ecp_i_step *step, ecp_i_island *s, const ecp_real *z, int label,
-                                int centred)
+                                int centred, int course)
 {
     int i;
     ecp_i_carve_records(step, label);
@@ -10602,7 +10754,8 @@ static void ecp_i_record_island(ecp_i_step *step, ecp_i_island *s, const ecp_rea
         ecp_i_pair *c = s->pairs[i];
         ecp_i_record(c, z + c->at, s->h, step->o);
         if (!(c->record->contact.p_n > 0)) ecp_i_drop_impulse(c);
-        if (centred <= 0) c->record->centred = centred;
+        if (centred <= 0) c->record->centred = (signed char)centred;
+        c->record->course = (signed char)course;
         if (!ECP_I_FRICTION) continue;
         ecp_i_raise(&step->r->worst_cone, ecp_i_cone_violation(c));
     }
@@ -10618,7 +10771,7 @@ static int ecp_i_on_a_kink(const ecp_i_island *s, const ecp_real *z, ecp_real ti
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs[i];
         if (!(z[c->at + ecp_i_at_p(c)] > tiny)) {
-            if (ecp_i_abs(c->d) <= tiny * s->h * c->V + c->d_floor) return 1;
+            if (ecp_i_abs(ecp_i_row_gap(c)) <= tiny * s->h * c->V + c->d_floor) return 1;
             continue;
         }
         if (ecp_i_nf(c) > 0) {
@@ -10659,7 +10812,7 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     ecp_real *vectors[ECP_I_VECTORS], *z, *best, merit;
     ecp_status status;
     size_t mark = step->arena.used;
-    int solved, whole, centred = 1;
+    int solved, whole, centred = 1, course = 0;
     ecp_i_open_island(step, label, &s);
     if (s.pair_count == 0) return ECP_OK;
     ecp_i_carve_vectors(&step->arena, s.unknowns, vectors);
@@ -10671,7 +10824,10 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     ecp_i_island_units(&s);
     if (ECP_I_PAIRS) p.hurries = ecp_i_hurries(step, &s);
     if (ecp_i_in_haste(&p)) *step->cut = 1;
-    solved = ecp_i_solve_equations(&s, &p, o, z, &effort);
+    if (ECP_I_PAIRS)
+        solved = ecp_i_solve_in_course(&s, &p, o, &course, z, &effort);
+    else
+        solved = ecp_i_solve_equations(&s, &p, o, z, &effort);
     whole = !ECP_I_PAIRS || s.pair_count == s.all;
     if (ECP_I_CENTRING && solved && o->rule == ECP_CENTRED) {
         centred = ecp_i_centre_island(step, &s, &p, z, best, &effort, whole);
@@ -10687,14 +10843,14 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     status = ecp_i_judge(step, &s, &effort, p.F, merit, solved);
     if (status != ECP_OK) return status;
     /* what was not written need not be cleared */
-    if (effort.evaluations == 1 && step->arena.used == s.begin) {
+    if (effort.evaluations == 1 && effort.fallbacks == 0 && step->arena.used == s.begin) {
         step->arena.used = (size_t)((unsigned char *)best - step->arena.base);
     }
     /* of all this memory only z is needed any more */
     ecp_i_release(&step->arena, mark + ecp_i_bytes((size_t)s.unknowns, sizeof(ecp_real)),
                   step->arena.top);
     if (!centred && whole && effort.most >= 0) centred = -1;
-    ecp_i_record_island(step, &s, z, label, centred);
+    ecp_i_record_island(step, &s, z, label, centred, course);
     if (!(s.still && effort.iterations == 0)) ecp_i_island_balance(&s);
     if (ecp_i_in_haste(&p)) *step->cut = 0;
     return ECP_OK;
@@ -13249,7 +13405,8 @@ static void ecp_i_put_patches(const ecp_i_text *t, const ecp_world *w)
         ecp_i_put_contact(t, &p->contact);
         ecp_i_put_list(t, "a", p->a, 3, 3);
         ecp_i_put_int(t, "         ", p->guess, ", ");
-        ecp_i_put_int(t, "", p->centred, "}, /* guess, centred */\n");
+        ecp_i_put_int(t, "", p->centred, ", ");
+        ecp_i_put_int(t, "", p->course, "}, /* guess, centred, course */\n");
     }
     ecp_i_put_int(t, "    };\n    static const ecp_real multipliers[", w->patches, "]");
     ecp_i_put_int(t, "[", most, "] = {\n");

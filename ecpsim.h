@@ -10098,10 +10098,11 @@ static int ecp_i_island_gather(void *self, const ecp_i_problem *p, const ecp_opt
     /* (one patch alone is no set) */
     if (s->all < 2 || s->arena->overflow || ecp_i_leave_unloaded(s) == 0) return 0;
     effort->fallbacks |= ECP_FALLBACK_WORKING_SET;
-    ecp_i_sort_patches(s);
+    /* the start has the loads of overlaps that are left out as well: an impact is nearer to that, what rests is not */
+    if (s->rests) ecp_i_sort_patches(s);
     warm = p->start(s, 0, z);
     for (round = 0; more > 0 && round < ECP_I_GATHERINGS && !ecp_i_spent(effort); round++) {
-        if (round > 0) ecp_i_sort_patches(s);
+        ecp_i_sort_patches(s);
         if (ecp_i_newton(p, round == 0 ? warm : 0, o->tolerance, o->max_iterations, 0, z, effort)) {
             ecp_i_copy(p->n, z, p->kept);
             ecp_i_find_depths(s, o->tolerance);

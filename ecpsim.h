@@ -9351,7 +9351,8 @@ static void ecp_i_mark_stirred(ecp_i_step *s)
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs + i;
         if (c->old < 0) {
-            c->ma->stirred = c->mb->stirred = 1;
+            /* of two that are left out of the equations nothing is kept (ecp_i_end_sleep) */
+            if (ecp_i_on_plane(c)) c->ma->stirred = c->mb->stirred = 1;
             continue;
         }
         while (next < c->old) ecp_i_stir(s, list + next++);
@@ -9387,7 +9388,12 @@ static void ecp_i_keep_island(ecp_i_step *s, int label)
     }
     ecp_i_carve_records(s, label);
     for (i = s->motions[label].first_pair; i >= 0; i = s->pairs[i].next_pair) {
-        const ecp_i_pair *c = s->pairs + i;
+        ecp_i_pair *c = s->pairs + i;
+        if (ECP_I_PAIRS && c->old < 0) {
+            c->on_b->set = ECP_I_OUT;
+            s->without++;
+            continue;
+        }
         ECPSIM_MEMCPY(c->record, ecp_i_patches(s->w) + c->old, sizeof(ecp_i_patch));
         ECPSIM_MEMCPY(c->multipliers, ecp_i_multipliers(s->w, c->old), reals * sizeof(ecp_real));
         s->r->centred &= c->record->centred > 0;
@@ -9432,8 +9438,11 @@ static void ecp_i_end_sleep(ecp_i_step *s)
         const ecp_i_pair *c = s->pairs + i;
         ecp_i_motion *root = s->motions + (ecp_i_moves_a(c) ? c->ma : c->mb)->island;
         if (root->asleep || root->stirred) continue;
+        if (ecp_i_left_out(c) || c->old < 0) {
+            root->stirred = !ecp_i_left_out(c) || c->old >= 0;
+            continue;
+        }
         root->stirred =
-            ecp_i_left_out(c) ||
             !ecp_i_same_bytes(c->record, ecp_i_patches(s->w) + c->old, sizeof(ecp_i_patch)) ||
             !ecp_i_same_bytes(c->multipliers, ecp_i_multipliers(s->w, c->old),
                               reals * sizeof(ecp_real));
@@ -10103,7 +10112,8 @@ static int ecp_i_island_gather(void *self, const ecp_i_problem *p, const ecp_opt
     warm = p->start(s, 0, z);
     for (round = 0; more > 0 && round < ECP_I_GATHERINGS && !ecp_i_spent(effort); round++) {
         ecp_i_sort_patches(s);
-        if (ecp_i_newton(p, round == 0 ? warm : 0, o->tolerance, o->max_iterations, 0, z, effort)) {
+        if (ecp_i_newton(p, round == 0 && p->gathered ? warm : 0, o->tolerance, o->max_iterations,
+                         0, z, effort)) {
             ecp_i_copy(p->n, z, p->kept);
             ecp_i_find_depths(s, o->tolerance);
             if (joined > 0) most = 2 * most < s->all ? 2 * most : s->all;
@@ -10605,7 +10615,7 @@ enum { ECP_I_GATHERED = 1, ECP_I_LABOURED = 2, ECP_I_RESTED = 4 };
 /* Velocities in units vs that may be dropped where bodies come to rest: what tolerances and rounding make of an impact,
    and a hundred times that. */
 #ifdef ECPSIM_FLOAT
-#define ECP_I_SLOW ECP_R(1e-4)
+#define ECP_I_SLOW ECP_R(1e-3)
 #else
 #define ECP_I_SLOW ECP_R(1e-9)
 #endif
@@ -10621,14 +10631,16 @@ static int ecp_i_last_course(const ecp_i_island *s)
     return course;
 }
 
-/* are all velocities below that limit, in units vs, at the beginning of the step; or at its end, but for noise? */
+/* are all velocities below that limit, in units vs, but for noise: at the beginning of the step, or at its end? */
 static int ecp_i_is_slow(const ecp_i_island *s, ecp_real limit, int end)
 {
     int i;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         const ecp_i_motion *m = ecp_i_mover(s, i);
         const ecp_real *v = end ? m->v : m->body->v;
-        ecp_real most = limit * m->speed + (end ? m->noise + m->jitter : 0);
+        ecp_real noise =
+            end ? m->noise + m->jitter : ECP_I_POSE_ROUNDING * ECP_I_EPSILON * m->length / s->h;
+        ecp_real most = limit * m->speed + noise;
         if (!(ecp_i_largest(3, v) <= most && m->length * ecp_i_largest(3, v + 3) <= most)) return 0;
     }
     return 1;

@@ -2538,6 +2538,96 @@ static void test_step_flush(void)
     }
 }
 
+/* the fastest point of a unit cube's surface, of all that move */
+static double step_fastest(const ecp_world *w)
+{
+    double most = 0;
+    int i;
+    for (i = 1; i < w->bodies; i++) {
+        ecp_real v[3], turn[3];
+        CHECK(ecp_body_get_state(w, i, NULL, NULL, v, turn) == ECP_OK);
+        most = fmax(most, (double)(ecp_i_norm(v) + ecp_i_norm(turn)));
+    }
+    return most;
+}
+
+/* Flush crates that are dropped: a cube of them and walls. The impact turns them about the vertical by what rounding
+   makes of it, which nothing resists, and each step was a jam for ever, of 30 to 500 iterations. They rest, and sleep if
+   they may. (Short steps and few digits: in float another sample of heights.) */
+static void test_step_crates(void)
+{
+    static const double drops[2][6][4] = {{{2, 2, 2, 0.01},
+                                           {2, 2, 2, 0.07},
+                                           {2, 2, 2, 0.2},
+                                           {4, 1, 4, 0.01},
+                                           {4, 1, 4, 0.1},
+                                           {3, 3, 2, 0.01}},
+                                          {{2, 2, 2, 0.01},
+                                           {2, 2, 2, 0.07},
+                                           {2, 2, 2, 0.2},
+                                           {4, 1, 4, 0.01},
+                                           {4, 1, 4, 0.1},
+                                           {3, 2, 2, 0.05}}};
+    int is_double = sizeof(ecp_real) == sizeof(double), scene, k, iterations;
+    for (scene = 0; scene < 6; scene++) {
+        const double *c = drops[is_double ? 0 : 1][scene];
+        ecp_world_desc d = ecp_world_desc_default();
+        ecp_options o = ecp_options_default();
+        ecp_world *w;
+        ecp_report r;
+        d.max_bodies = 20;
+        d.max_patches = 120;
+        w = test_world(&d);
+        step_grid(w, (int)c[0], (int)c[1], (int)c[2], 0, c[3]);
+        o.sleep = scene == 0;
+        for (k = iterations = 0; k < 150; k++) {
+            CHECK(ecp_step(w, ECP_R(0.01), &o, &r) == ECP_OK);
+            if (k >= 120) iterations += r.iterations;
+        }
+        CHECK(iterations == 0);
+        CHECK(step_fastest(w) == 0);
+        CHECK(test_least_gap(w) >= -test_by(4e-12, 1e-4));
+        CHECK(r.asleep == (o.sleep ? 8 : 0));
+        free(w);
+    }
+}
+
+/* What rests in a jam is not held: crates that have come to rest are pushed along by a little more than friction holds,
+   or fall when what they stand on is taken away. */
+static void test_step_crates_go_on(void)
+{
+    double excess = test_by(1e-8, 1e-2), v;
+    ecp_world_desc d = ecp_world_desc_default();
+    ecp_world *w;
+    ecp_report r;
+    int i, k;
+    d.max_bodies = 20;
+    d.max_patches = 120;
+    w = test_world(&d);
+    step_grid(w, 2, 2, 2, 0, 0.07);
+    for (k = 0; k < 150; k++) CHECK(ecp_step(w, ECP_R(0.01), NULL, NULL) == ECP_OK);
+    CHECK(step_fastest(w) == 0);
+    for (k = 0; k < 50; k++) {
+        for (i = 1; i < w->bodies; i++) {
+            ecp_real push[3] = {0, 0, 0};
+            push[0] = (ecp_real)((0.5 + excess) * 9.8);
+            CHECK(ecp_body_apply_force(w, i, push, NULL) == ECP_OK);
+        }
+        CHECK(ecp_step(w, ECP_R(0.01), NULL, &r) == ECP_OK);
+    }
+    v = step_fastest(w);
+    CHECK(v > 0.98 * 0.5 * excess * 9.8 && v < 1.1 * 0.5 * excess * 9.8);
+    for (i = 1; i <= 4; i++) CHECK(ecp_body_remove(w, i) == ECP_OK);
+    CHECK(ecp_step(w, ECP_R(0.01), NULL, &r) == ECP_OK);
+    v = 0;
+    for (i = 5; i <= 8; i++) {
+        ecp_real u[3];
+        CHECK(ecp_body_get_state(w, i, NULL, NULL, u, NULL) == ECP_OK);
+        CHECK(fabs((double)u[2] + 0.098) < 1e-3);
+    }
+    free(w);
+}
+
 /* Twelve cubes that begin up to a hundredth in each other: too much for Newton with all of their patches at once, and for
    all the other starts, but not if they join as they are needed. No two overlap then, whether they have a
    contact or not. (In float it parts five of the six.) */
@@ -2765,6 +2855,8 @@ static void test_step(void)
     test_step_apart();
     test_step_poses();
     test_step_flush();
+    test_step_crates();
+    test_step_crates_go_on();
     test_step_niche();
     test_step_corners();
     test_step_working_set();

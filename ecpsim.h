@@ -10617,7 +10617,7 @@ enum { ECP_I_GATHERED = 1, ECP_I_LABOURED = 2, ECP_I_RESTED = 4 };
 #ifdef ECPSIM_FLOAT
 #define ECP_I_SLOW ECP_R(1e-3)
 #else
-#define ECP_I_SLOW ECP_R(1e-9)
+#define ECP_I_SLOW ECP_R(3e-9)
 #endif
 
 /* the course of all patches that the island had in the last step */
@@ -10673,7 +10673,6 @@ static int ecp_i_come_to_rest(ecp_i_island *s, ecp_i_problem *p, const ecp_optio
 {
     ecp_options quick = *o;
     int solved, most = effort->most, bound = effort->iterations + ECP_I_RESTING_IN_ALL;
-    ecp_real limit = s->course & ECP_I_RESTED ? o->tolerance : ECP_I_SLOW;
     if (s->body_count < 2 || !(s->course & (ECP_I_LABOURED | ECP_I_RESTED)) ||
         s->world->advancing || !ecp_i_is_slow(s, ECP_I_SLOW, 0))
         return 0;
@@ -10683,7 +10682,7 @@ static int ecp_i_come_to_rest(ecp_i_island *s, ecp_i_problem *p, const ecp_optio
     p->calm = 1;
     ecp_i_drop_momentum(s, 1);
     solved = ecp_i_attempt(p, p->start(s, 0, z), &quick, z, effort) && ecp_i_island_valid(s) &&
-             ecp_i_is_slow(s, limit, 1);
+             ecp_i_is_slow(s, ECP_I_SLOW, 1);
     p->calm = 0;
     if (most > bound) effort->most = most;
     if (solved)

@@ -1089,6 +1089,48 @@ static void build_creep(trial *t)
     t->bar = 1e-12;
 }
 
+/* the fastest of all velocities at the end, in units g h */
+static double rest_truth(trial *t, int step)
+{
+    double most = 0;
+    int i, k;
+    for (i = 1; step == t->steps - 1 && i < ecp_world_body_count(t->s.world); i++) {
+        ecp_real v[3], w[3];
+        must(ecp_body_get_state(t->s.world, i, NULL, NULL, v, w));
+        for (k = 0; k < 3; k++) {
+            most = fmax(most, fabs((double)v[k]) / (9.8 * t->h));
+            most = fmax(most, fabs((double)w[k]) * t->size[i] / (9.8 * t->h));
+        }
+    }
+    return most;
+}
+
+/* 2 to 27 flush crates, in rows, walls and blocks, that are dropped together and come to rest */
+static void build_crates(trial *t)
+{
+    static const double hs[4] = {0.01, 0.005, 0.01, 1.0 / 60};
+    scene *s = &t->s;
+    int nx = 2 + pick(s, 3), ny = 1 + pick(s, 3), nz = 1 + pick(s, 4), i;
+    double size = pick(s, 2) ? 1 : uniform(s, 0.1, 1), fall = size * uniform(s, 0.01, 0.5);
+    double x[3];
+    solid cube;
+    while (nx * ny * nz > 27) nz--;
+    solid_box(&cube, size / 2, size / 2, size / 2);
+    scene_open(s, nx * ny * nz + 1, nx * ny * nz + 1, 14 * nx * ny * nz, 12, 9.8);
+    friction(s, t->number % 3 ? 0.5 : 0.2, 0);
+    ground(s, 0, 0, 1, NULL);
+    for (i = 0; i < nx * ny * nz; i++) {
+        x[0] = size * (i % nx);
+        x[1] = size * (i / nx % ny);
+        x[2] = size * (0.5 + i / (nx * ny)) + fall;
+        put(t, &cube, 1, x, NULL, NULL, NULL);
+    }
+    t->h = hs[t->number % 4];
+    t->steps = 200;
+    t->truth = rest_truth;
+    t->bar = 1e-8;
+}
+
 static const family families[] = {
     {"drop", build_drop, 120, 1800, 0},   {"throw", build_throw, 120, 1800, 0},
     {"pair", build_pair, 576, 1728, 0},   {"stack", build_stack, 30, 60, 0},
@@ -1103,7 +1145,7 @@ static const family families[] = {
     {"rest", build_rest, 1, 1, 0},        {"push", build_push, 3, 3, 0},
     {"creep", build_creep, 9, 12, 0},     {"grid", build_grid, 6, 60, 2},
     {"cups", build_cups, 4, 40, 1},       {"wall", build_wall, 4, 24, 1},
-    {"jolt", build_jolt, 8, 64, 1},
+    {"jolt", build_jolt, 8, 64, 1},       {"crates", build_crates, 8, 60, 1},
 };
 
 /* ---- measuring */

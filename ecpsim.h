@@ -9765,8 +9765,8 @@ static int ecp_i_turns_up(const ecp_i_pair *c, const ecp_i_patch *old)
 /* the last of the starts; fallbacks that a program does without need none but the warm one */
 #define ECP_I_STARTS ((ECPSIM_FALLBACKS) & ~(ECP_FALLBACK_SUBSTEPS | ECP_FALLBACK_CHORD) ? 10 : 0)
 
-/* Where bodies come to rest a gap that the certificate lets pass counts as closed, if it is an overlap or has a load: to
-   close it would move what rests. */
+/* Where bodies come to rest a gap that the certificate lets pass counts as closed, if it is an overlap or has a load:
+   to close it would move what rests. */
 static void ecp_i_let_gap_be(const ecp_i_island *s, const ecp_i_pair *c, const ecp_real *y)
 {
     ecp_real gap;
@@ -10612,8 +10612,8 @@ enum { ECP_I_GATHERED = 1, ECP_I_LABOURED = 2, ECP_I_RESTED = 4 };
 #define ECP_I_RESTING 5
 #define ECP_I_RESTING_IN_ALL 40
 
-/* Velocities in units vs that may be dropped where bodies come to rest: what tolerances and rounding make of an impact,
-   and a hundred times that. */
+/* Velocities, in units vs, that may be dropped where bodies come to rest: what tolerances and rounding make of an
+   impact at some hundred times vs. */
 #ifdef ECPSIM_FLOAT
 #define ECP_I_SLOW ECP_R(1e-3)
 #else
@@ -10662,12 +10662,12 @@ static void ecp_i_drop_momentum(ecp_i_island *s, int drop)
     }
 }
 
-/* Bodies that touch each other come to rest. In a jam, as of flush crates after they were dropped, an impact leaves gaps
+/* Bodies that touch each other come to rest. In a jam, as of flush crates that were dropped, an impact leaves gaps
    and impulses within the tolerance of its speeds, which at rest ask for velocities far below all that matters but far
    above the tolerance. A turn about the normal of its contacts nothing resists, so they go on, push others, and each
-   step is a jam anew. So where the last step has laboured, or has come out of this already, and nothing is faster than
+   step is a jam anew. So where the last step has laboured, or has come out of this, and nothing is faster than
    ECP_I_SLOW, the step begins without their momentum, and gaps within what a certificate lets pass are left as they
-   are. What does not end slow then, or takes long, is solved as ever. */
+   are. What does not end as slow, or takes long, is solved as ever. */
 static int ecp_i_come_to_rest(ecp_i_island *s, ecp_i_problem *p, const ecp_options *o, int *course,
                               ecp_real *z, ecp_i_effort *effort)
 {

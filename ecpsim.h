@@ -10767,7 +10767,7 @@ static void ecp_i_record_island(ecp_i_step *step, ecp_i_island *s, const ecp_rea
         ecp_i_record(c, z + c->at, s->h, step->o);
         if (!(c->record->contact.p_n > 0)) ecp_i_drop_impulse(c);
         if (centred <= 0) c->record->centred = (signed char)centred;
-        c->record->course = (signed char)course;
+        if (ECP_I_PAIRS) c->record->course = (signed char)course;
         if (!ECP_I_FRICTION) continue;
         ecp_i_raise(&step->r->worst_cone, ecp_i_cone_violation(c));
     }

@@ -3159,11 +3159,10 @@ typedef struct ecp_i_part {
    are max_inequalities reals in the world's array, those of A before those of B. */
 typedef struct ecp_i_patch {
     ecp_contact contact;
-    ecp_real a[3];     /* the ECP in the frame of shape_a */
-    signed char guess; /* set by ecp_guess_ecp: only `a` means something */
-    signed char
-        centred; /* 1: the solution is the one of the rule ECP_CENTRED, -1: that was tried in vain */
-    signed char course; /* how its island was solved: ECP_I_GATHERED and others */
+    ecp_real a[3];       /* the ECP in the frame of shape_a */
+    signed char guess;   /* set by ecp_guess_ecp: only `a` means something */
+    signed char centred; /* 1: the solution is ECP_CENTRED's, -1: that was tried in vain */
+    signed char course;  /* how its island was solved: ECP_I_GATHERED and others */
 } ecp_i_patch;
 
 /* what a step was asked for, as far as its result depends on it */
@@ -4002,8 +4001,7 @@ static void ecp_i_predict(const ecp_world *w, const ecp_i_body *b, ecp_real h, e
 
 /* what a patch has of B if that is no half-space */
 typedef struct ecp_i_side_b {
-    ecp_real
-        rest; /* the gap that counts as closed, where bodies come to rest (ecp_i_come_to_rest); or 0 */
+    ecp_real rest; /* 0, or the gap that counts as closed (ecp_i_let_gap_be) */
     ecp_real *fb, *gb, *fixed_b, *slope_b; /* of g, like fa, ga and the others of f */
     int *active_b;
     ecp_real rb2[3], b_local[3]; /* a2, from B's centre of mass and in the frame of B */

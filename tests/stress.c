@@ -4,8 +4,8 @@
    line a step on stderr. STRESS_SEED=1 stress full: other cases of the same families, for any number.
    STRESS_FALLBACKS=95 stress full corner: with these of the ECP_FALLBACK_... alone (here without the chord).
    After every step the report is counted, and penetration is measured by code that knows nothing of
-   the solver (distance.h). A step that is not solved ends its case. `stress full cups`, `stress full wall` and `stress full
-   jolt` are known to leave some unsolved (docs/numerics.md) and are no part of the whole run. One row a family, and the
+   the solver (distance.h). A step that is not solved ends its case. `stress full cups`, `wall`, `jolt` and
+   `crates` are known to leave some unsolved (docs/numerics.md) and are no part of the whole run. One row a family, and the
    sum:
 
      geom .. sub   steps that needed each fallback

@@ -503,8 +503,76 @@ static void advance_loads(void)
     ecp_body_get_state(w, 1, x, NULL, v, NULL);
     CHECK_NEAR(x[0], 2.3 * late * late * late / 6, test_by(1e-8, 1e-3));
     CHECK_NEAR(v[0], 2.3 * late * late / 2, test_by(1e-8, 1e-3));
-    CHECK(calls >= r.solves - r.macro_steps * 3 && calls <= r.solves);
+    CHECK(calls >= r.solves - r.macro_steps * 3 && calls <= 3 * r.solves);
     free(w);
+}
+
+/* a thrust that begins, and a belt that starts, at *user */
+static void advance_switch(void *user, ecp_world *w, ecp_real time)
+{
+    const ecp_real *since = (const ecp_real *)user;
+    ecp_real f[3] = {1, 0, 0}, v[3] = {0, 2, 0};
+    if (!(time > *since)) return;
+    CHECK(ecp_body_apply_force(w, 0, f, NULL) == ECP_OK);
+    CHECK(ecp_body_set_state(w, 1, NULL, NULL, v, NULL) == ECP_OK);
+}
+
+/* What begins within the first base step of a macro step acts in all columns from the beginning on, and they agree: a
+   free body that is still or not, and a driven one. Long macro steps, as nothing else happens; with and without a bound
+   on them, and where it begins at the very beginning. */
+static void advance_thrust(void)
+{
+    static const double begins[4] = {0.3, 0.77, 1e-3, 0}, bounds[3] = {0, 1, 0.1};
+    int i, k, moves;
+    for (i = 0; i < 4; i++) {
+        for (k = 0; k < 3; k++) {
+            for (moves = 0; moves < 2; moves++) {
+                ecp_world *w = advance_world(8);
+                ecp_advance_options o = advance_options(1e-8, 1e-3);
+                ecp_advance_report r;
+                ecp_body_desc b = ecp_body_desc_default();
+                ecp_real since = (ecp_real)begins[i], x[3], v[3];
+                double t = 2 - begins[i], v0 = moves ? 0.5 : 0;
+                w->desc.gravity[2] = 0;
+                b.velocity[0] = (ecp_real)v0;
+                CHECK(ecp_body_add(w, &b, NULL) == ECP_OK);
+                b.kind = ECP_KINEMATIC;
+                b.velocity[0] = 0;
+                CHECK(ecp_body_add(w, &b, NULL) == ECP_OK);
+                o.load = advance_switch;
+                o.load_user = &since;
+                o.longest_step = (ecp_real)bounds[k];
+                CHECK(ecp_advance(w, 2, &o, &r) == ECP_OK);
+                ecp_body_get_state(w, 0, x, NULL, v, NULL);
+                CHECK_NEAR(v[0], v0 + t, test_by(1e-6, 4e-3));
+                CHECK_NEAR(x[0], 2 * v0 + t * t / 2, test_by(1e-6, 4e-3));
+                ecp_body_get_state(w, 1, x, NULL, v, NULL);
+                CHECK_NEAR(x[1], 2 * t, test_by(1e-6, 4e-3));
+                CHECK(v[1] == 2);
+                free(w);
+            }
+        }
+    }
+}
+
+/* A box that slides to rest has done so, however long it is followed. */
+static void advance_for_ages(void)
+{
+    static const double ages[4] = {1e3, 1e6, 1e9, 1e18};
+    int i;
+    for (i = 0; i < 4; i++) {
+        ecp_world *w = advance_scene(6, 0.5, 1, 0.05);
+        ecp_advance_options o = advance_options(1e-6, 1e-3);
+        ecp_advance_report r;
+        ecp_real x[3], v[3] = {1, 0, 0};
+        CHECK(ecp_body_set_state(w, 1, NULL, NULL, v, NULL) == ECP_OK);
+        CHECK(ecp_advance(w, (ecp_real)ages[i], &o, &r) == ECP_OK);
+        CHECK(r.reached == (ecp_real)ages[i] && r.forced == 0);
+        ecp_body_get_state(w, 1, x, NULL, v, NULL);
+        CHECK(v[0] == 0 && v[1] == 0 && v[2] == 0);
+        CHECK_NEAR(x[0], 1 / (2 * 0.5 * 9.8), test_by(1e-6, 1e-3));
+        free(w);
+    }
 }
 
 /* A box of mu 0.5 or 1 that rides on a body driven at a velocity, or at a spin of 4 about z: on a half-space or
@@ -1304,6 +1372,8 @@ static void test_advance_section(void)
     advance_table();
     advance_landing();
     advance_loads();
+    advance_thrust();
+    advance_for_ages();
     advance_peaks();
     advance_driven();
     advance_free_rotation();

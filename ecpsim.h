@@ -8807,30 +8807,12 @@ static int ecp_i_desc_ok(const ecp_world_desc *d)
             (d->advance_order >= 2 && d->advance_order <= ECP_I_MAX_ORDER));
 }
 
-ECP_DEF size_t ecp_world_memsize(const ecp_world_desc *desc)
+/* The world of a description, with where everything is in its block. Returns how long that is; 0: more than can be
+   addressed. */
+static size_t ecp_i_plan_world(const ecp_world_desc *desc, ecp_world *w)
 {
     ecp_i_arena arena = ecp_i_arena_over(NULL, 0);
-    ecp_world w;
-    if (!desc || !ecp_i_desc_ok(desc)) return 0;
-    w.desc = *desc;
-    ecp_i_carve_world(&arena, &w);
-    return arena.overflow ? 0 : arena.used;
-}
-
-ECP_DEF ecp_status ecp_world_init(ecp_world **world, const ecp_world_desc *desc, void *mem,
-                                  size_t bytes)
-{
-    ecp_i_arena arena = ecp_i_arena_over(NULL, 0);
-    ecp_world *w = (ecp_world *)mem;
-    size_t need;
-    if (!world || !desc || !mem) return ECP_BAD_POINTER;
-    if (!ecp_i_desc_ok(desc)) return ECP_BAD_OPTION;
-    if (!ecp_i_all_finite(3, desc->gravity)) return ECP_NOT_FINITE;
-    if (((size_t)mem & 7) != 0) return ECP_MEMORY_ALIGN;
-    need = ecp_world_memsize(desc);
-    if (need == 0) return ECP_BAD_OPTION; /* more than can be addressed */
-    if (bytes < need) return ECP_MEMORY_SMALL;
-    ECPSIM_MEMSET(mem, 0, need);
+    ECPSIM_MEMSET(w, 0, sizeof *w);
     /* field by field: padding stays zero, and equal worlds are equal bytes */
     w->desc.max_bodies = desc->max_bodies;
     w->desc.max_shapes = desc->max_shapes;
@@ -8840,7 +8822,30 @@ ECP_DEF ecp_status ecp_world_init(ecp_world **world, const ecp_world_desc *desc,
     w->desc.advance_order = desc->advance_order;
     ecp_i_copy3(desc->gravity, w->desc.gravity);
     ecp_i_carve_world(&arena, w);
-    *world = w;
+    return arena.overflow ? 0 : arena.used;
+}
+
+ECP_DEF size_t ecp_world_memsize(const ecp_world_desc *desc)
+{
+    ecp_world w;
+    return desc && ecp_i_desc_ok(desc) ? ecp_i_plan_world(desc, &w) : 0;
+}
+
+ECP_DEF ecp_status ecp_world_init(ecp_world **world, const ecp_world_desc *desc, void *mem,
+                                  size_t bytes)
+{
+    ecp_world w;
+    size_t need;
+    if (!world || !desc || !mem) return ECP_BAD_POINTER;
+    if (!ecp_i_desc_ok(desc)) return ECP_BAD_OPTION;
+    if (!ecp_i_all_finite(3, desc->gravity)) return ECP_NOT_FINITE;
+    if (((size_t)mem & 7) != 0) return ECP_MEMORY_ALIGN;
+    need = ecp_i_plan_world(desc, &w);
+    if (need == 0) return ECP_BAD_OPTION;
+    if (bytes < need) return ECP_MEMORY_SMALL;
+    ECPSIM_MEMSET(mem, 0, need);
+    ECPSIM_MEMCPY(mem, &w, sizeof w);
+    *world = (ecp_world *)mem;
     return ECP_OK;
 }
 

@@ -1085,11 +1085,12 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
      ECP_FALLBACK_LOAD | ECP_FALLBACK_SUBSTEPS | ECP_FALLBACK_CHORD | ECP_FALLBACK_WORKING_SET)
 #endif
 
-/* Where size is asked for, inner loops are not written out: the sums and their bits are the same. */
+/* Where size is asked for, what only saves time is left out: inner loops are not written out, and what comes to
+   nothing is worked out all the same. The sums and their bits are the same. */
 #ifdef __OPTIMIZE_SIZE__
-#define ECP_I_FOUR 0
+#define ECP_I_FAST 0
 #else
-#define ECP_I_FOUR 4
+#define ECP_I_FAST 1
 #endif
 
 /* the spacing of the reals at 1: all tolerances for rounding are multiples of it */
@@ -1132,9 +1133,9 @@ static ecp_real ecp_i_power_of_two(ecp_real x)
 {
     ecp_real unit = 1;
     if (!(x > 0) || x - x != 0) return 1;
-    while (unit * 65536 <= x) unit *= 65536;
+    while (ECP_I_FAST && unit * 65536 <= x) unit *= 65536;
     while (unit * 2 <= x) unit *= 2;
-    while (unit * (1 / ECP_R(65536)) > x) unit *= 1 / ECP_R(65536);
+    while (ECP_I_FAST && unit * (1 / ECP_R(65536)) > x) unit *= 1 / ECP_R(65536);
     while (unit > x) unit *= ECP_R(0.5);
     return unit;
 }
@@ -1224,8 +1225,8 @@ static void ecp_i_set3(ecp_real a, ecp_real b, ecp_real c, ecp_real out[3])
 static void ecp_i_copy(int n, const ecp_real *x, ecp_real *out)
 {
     int i;
-    if (ECP_I_FOUR) ECPSIM_MEMCPY(out, x, (size_t)n * sizeof(ecp_real));
-    for (i = 0; !ECP_I_FOUR && i < n; i++) out[i] = x[i];
+    if (ECP_I_FAST) ECPSIM_MEMCPY(out, x, (size_t)n * sizeof(ecp_real));
+    for (i = 0; !ECP_I_FAST && i < n; i++) out[i] = x[i];
 }
 
 static void ecp_i_copy3(const ecp_real a[3], ecp_real out[3])
@@ -1564,7 +1565,7 @@ static ecp_real ecp_i_longest_column(int k, int m, int n, const ecp_real *A, int
             big = ecp_i_max(big, ecp_i_row_size(n - k, A + i * ld + k));
         if (pass > 0) unit = 1 / ecp_i_power_of_two(big);
         most = 0;
-        for (j = k; ECP_I_FOUR && j + 3 < n; j += 4) {
+        for (j = k; ECP_I_FAST && j + 3 < n; j += 4) {
             ecp_real a = 0, b = 0, c = 0, d = 0;
             for (i = k; i < m; i++) {
                 const ecp_real *row = A + i * ld + j;
@@ -1603,7 +1604,7 @@ static void ecp_i_reflect(int k, int m, const ecp_real *A, int ld, ecp_real tau,
 static void ecp_i_reflect_columns(int k, int m, int n, ecp_real *A, int ld, ecp_real tau)
 {
     int i, j;
-    for (j = k + 1; ECP_I_FOUR && j + 3 < n; j += 4) {
+    for (j = k + 1; ECP_I_FAST && j + 3 < n; j += 4) {
         ecp_real *b = A + k * ld + j, d0 = b[0], d1 = b[1], d2 = b[2], d3 = b[3];
         for (i = k + 1; i < m; i++) {
             const ecp_real v = A[i * ld + k], *row = A + i * ld + j;
@@ -1679,7 +1680,7 @@ static int ecp_i_qr(int m, int n, int all, ecp_real *A, int ld, ecp_real *tau, i
 static void ecp_i_subtract_row(int n, ecp_real factor, const ecp_real *pivot, ecp_real *row)
 {
     int j;
-    for (j = 0; ECP_I_FOUR && j + 3 < n; j += 4) {
+    for (j = 0; ECP_I_FAST && j + 3 < n; j += 4) {
         ecp_real a = row[j] - factor * pivot[j], b = row[j + 1] - factor * pivot[j + 1];
         ecp_real c = row[j + 2] - factor * pivot[j + 2], d = row[j + 3] - factor * pivot[j + 3];
         row[j] = a;
@@ -1696,7 +1697,7 @@ static void ecp_i_subtract_rows(int n, int count, const ecp_real *factor, const 
                                 ecp_real *row)
 {
     int j, k;
-    for (j = 0; ECP_I_FOUR && j + 3 < n; j += 4) {
+    for (j = 0; ECP_I_FAST && j + 3 < n; j += 4) {
         ecp_real a = row[j], b = row[j + 1], c = row[j + 2], d = row[j + 3];
         for (k = 0; k < count; k++) {
             const ecp_real *pivot = A + ld * k + j;
@@ -3828,7 +3829,8 @@ static void ecp_i_move(ecp_i_motion *m, ecp_real h, const ecp_real dv[6])
     const ecp_real *v = m->body->v, *carry = m->body->v_carry;
     ecp_real w[3], sum[6];
     int k;
-    if (m->turns > 0 && ecp_i_equal(m->dv, dv) && ecp_i_equal(m->dv + 3, dv + 3)) return;
+    if (ECP_I_FAST && m->turns > 0 && ecp_i_equal(m->dv, dv) && ecp_i_equal(m->dv + 3, dv + 3))
+        return;
     ecp_i_copy3(m->v + 3, w);
     ecp_i_copy(6, dv, m->dv);
     ecp_i_add(carry, dv, sum);
@@ -3836,9 +3838,9 @@ static void ecp_i_move(ecp_i_motion *m, ecp_real h, const ecp_real dv[6])
     ecp_i_add(v, sum, m->v);
     ecp_i_add(v + 3, sum + 3, m->v + 3);
     ecp_i_scale(h, m->v, m->dx);
-    if (m->turns > 0 && ecp_i_equal(m->v + 3, w)) return;
+    if (ECP_I_FAST && m->turns > 0 && ecp_i_equal(m->v + 3, w)) return;
     m->turns++;
-    if (ecp_i_is_zero(m->v + 3)) {
+    if (ECP_I_FAST && ecp_i_is_zero(m->v + 3)) {
         ECPSIM_MEMSET(m->T, 0, sizeof m->T);
         ECPSIM_MEMSET(m->J, 0, sizeof m->J);
         m->J[0] = m->J[4] = m->J[8] = h;
@@ -3867,7 +3869,7 @@ static void ecp_i_velocity_change(ecp_i_motion *m, const ecp_real impulse[6], ec
     ecp_real own[3];
     ecp_i_scale(1 / m->body->mass, impulse, dv);
     ecp_i_copy3(impulse + 3, dv + 3);
-    if (ecp_i_is_zero(dv + 3)) return;
+    if (ECP_I_FAST && ecp_i_is_zero(dv + 3)) return;
     if (m->root[0] == 0) {
         ecp_i_copy(9, m->body->inertia, m->root);
         ecp_i_cholesky3(m->root);
@@ -3934,10 +3936,10 @@ static void ecp_i_gyroscopic(const ecp_real inertia[9], const ecp_real w[3], ecp
 {
     ecp_real Iw[3], change[3], L[9];
     ecp_i_set3(0, 0, 0, moment);
-    if (ecp_i_is_zero(w)) return;
+    if (ECP_I_FAST && ecp_i_is_zero(w)) return;
     ecp_i_mul(inertia, w, Iw);
     ecp_i_cross(w, Iw, moment);
-    if (ecp_i_is_zero(moment)) return;
+    if (ECP_I_FAST && ecp_i_is_zero(moment)) return;
     ecp_i_copy(9, inertia, L);
     ecp_i_copy3(moment, change);
     ecp_i_cholesky3(L);
@@ -4437,7 +4439,7 @@ static void ecp_i_multiplier_rows(int count, const ecp_real *l, const ecp_real *
     for (i = 0; i < count; i++) {
         ecp_real slack = unit * f[i];
         F[i] = 0;
-        if (l[i] == 0 && slack > 0 && tau == 0) continue;
+        if (ECP_I_FAST && l[i] == 0 && slack > 0 && tau == 0) continue;
         F[i] = ecp_i_fb_value(l[i], slack, tau, &r);
     }
 }
@@ -4658,7 +4660,7 @@ static void ecp_i_moment_column(const ecp_i_pair *c, const ecp_i_motion *m, ecp_
                                 const ecp_real twist[3], ecp_real *column)
 {
     ecp_real moment[3];
-    int k, ld = c->columns, pushes = !ecp_i_is_zero(dF);
+    int k, ld = c->columns, pushes = !ECP_I_FAST || !ecp_i_is_zero(dF);
     if (!pushes && ecp_i_is_zero(dr) && ecp_i_is_zero(twist)) return;
     ecp_i_cross(dr, c->force, moment);
     ecp_i_add(moment, twist, moment);
@@ -4679,10 +4681,10 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i
     ecp_real twist[3] = {0, 0, 0}, d = t->d;
     int k, ld = c->columns, row = 3 + c->kl, pair = !ecp_i_on_plane(c);
     int turns = pair && !ecp_i_is_zero(t->n);
-    int pushes = t->p[0] != 0 || !ecp_i_is_zero(t->p + 1);
+    int pushes = !ECP_I_FAST || t->p[0] != 0 || !ecp_i_is_zero(t->p + 1);
     int slides = ECP_I_FRICTION && !(ecp_i_is_zero(t->v) && ecp_i_is_zero(t->spin));
-    int moves = turns || slides || d != 0 || !ecp_i_is_zero(t->rb) || !ecp_i_is_zero(t->ra) ||
-                (pair && !ecp_i_is_zero(t->turn_b));
+    int moves = !ECP_I_FAST || turns || slides || d != 0 || !ecp_i_is_zero(t->rb) ||
+                !ecp_i_is_zero(t->ra) || (pair && !ecp_i_is_zero(t->turn_b));
     if (!pair) {
         for (k = 0; k < 3; k++) column[ld * k] = t->rows[k];
         d = ecp_i_dot(c->N, t->rb);
@@ -9525,7 +9527,7 @@ static int ecp_i_world_sleeps(ecp_i_step *s)
 static ecp_real ecp_i_spin_speed(const ecp_i_motion *m, const ecp_real w[3])
 {
     ecp_real L[3];
-    if (ecp_i_is_zero(w)) return 0;
+    if (ECP_I_FAST && ecp_i_is_zero(w)) return 0;
     ecp_i_mul(m->inertia, w, L);
     return ecp_i_sqrt(ecp_i_max(3 * ecp_i_dot(w, L) / m->mass, 0));
 }
@@ -9536,7 +9538,7 @@ static ecp_real ecp_i_sweep_speed(const ecp_i_part *part, const ecp_i_motion *m,
 {
     ecp_real own[3], r[3], u[3];
     int k;
-    if (ecp_i_is_zero(w)) return 0;
+    if (ECP_I_FAST && ecp_i_is_zero(w)) return 0;
     ecp_i_mul_t(m->R0, w, own);
     for (k = 0; k < 3; k++) {
         own[k] = ecp_i_abs(own[k]);

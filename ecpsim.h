@@ -3839,7 +3839,7 @@ static void ecp_i_move(ecp_i_motion *m, ecp_real h, const ecp_real dv[6])
     ecp_i_add(v + 3, sum + 3, m->v + 3);
     ecp_i_scale(h, m->v, m->dx);
     if (ECP_I_FAST && m->turns > 0 && ecp_i_equal(m->v + 3, w)) return;
-    m->turns++;
+    if (ECP_I_FAST) m->turns++;
     if (ECP_I_FAST && ecp_i_is_zero(m->v + 3)) {
         ECPSIM_MEMSET(m->T, 0, sizeof m->T);
         ECPSIM_MEMSET(m->J, 0, sizeof m->J);
@@ -4233,11 +4233,18 @@ static ecp_real ecp_i_plane_gap_after(const ecp_i_pair *c)
     return d + ecp_i_dot(c->N0, moved);
 }
 
+/* Does what was found `since` a body had turned so many times hold still? From now on it does. */
+static int ecp_i_still_holds(int *since, const ecp_i_motion *m)
+{
+    int holds = ECP_I_FAST && *since == m->turns;
+    if (ECP_I_FAST) *since = m->turns;
+    return holds;
+}
+
 /* the rotation of B; the normal and the tangents of a half-space, which stay as they are in a step */
 static void ecp_i_pair_turn_b(ecp_i_pair *c)
 {
-    if (c->turns_b == c->mb->turns) return;
-    c->turns_b = c->mb->turns;
+    if (ecp_i_still_holds(&c->turns_b, c->mb)) return;
     ecp_i_matmul(c->mb->R, c->b->rotation, c->Qb);
     if (!ecp_i_on_plane(c)) return;
     ecp_i_mul(c->Qb, c->b->shape.size, c->N);
@@ -4250,9 +4257,11 @@ static void ecp_i_pair_turn_b(ecp_i_pair *c)
 static void ecp_i_pair_place(ecp_i_pair *c, const ecp_real a[3])
 {
     ecp_real at[3];
-    if (c->placed && ecp_i_equal(a, c->a_local)) return;
-    c->placed = 1;
-    c->turns_a = 0;
+    if (ECP_I_FAST) {
+        if (c->placed && ecp_i_equal(a, c->a_local)) return;
+        c->placed = 1;
+        c->turns_a = 0;
+    }
     ecp_i_copy3(a, c->a_local);
     c->a->shape.cls->eval(&c->a->shape, a, c->fa, c->ga);
     ecp_i_mul(c->a->rotation, a, at);
@@ -4335,8 +4344,7 @@ static void ecp_i_pair_geometry(ecp_i_pair *c, const ecp_real *y)
     ecp_real a[3], moved[3];
     ecp_i_scale(c->L, y, a);
     ecp_i_pair_place(c, a);
-    if (c->turns_a != c->ma->turns) {
-        c->turns_a = c->ma->turns;
+    if (!ecp_i_still_holds(&c->turns_a, c->ma)) {
         ecp_i_matmul(c->ma->R, c->a->rotation, c->Qa);
         ecp_i_mul(c->ma->T, c->ra0, c->turned);
         ecp_i_add(c->turned, c->ra0, c->ra);

@@ -1342,8 +1342,7 @@ static void ecp_i_congruence(const ecp_real R[9], const ecp_real A[9], ecp_real 
     ecp_i_mul(R, T + 6, out + 6);
 }
 
-/* ecp_chol_factor and ecp_chol_solve of a 3 x 3 matrix, written out for speed; 0 where it is not positive
-   definite */
+/* ecp_chol_factor of a 3 x 3 matrix, written out for speed; 0 where it is not positive definite */
 static int ecp_i_cholesky3(ecp_real A[9])
 {
     ecp_real d = A[0];
@@ -1361,8 +1360,12 @@ static int ecp_i_cholesky3(ecp_real A[9])
     return 1;
 }
 
-static void ecp_i_cholesky3_solve(const ecp_real L[9], ecp_real b[3])
+/* b = A^-1 b for such a matrix, in the order of ecp_chol_solve */
+static void ecp_i_solve3(const ecp_real A[9], ecp_real b[3])
 {
+    ecp_real L[9];
+    ecp_i_copy(9, A, L);
+    ecp_i_cholesky3(L);
     b[0] /= L[0];
     b[1] = (b[1] - L[3] * b[0]) / L[4];
     b[2] = (b[2] - L[6] * b[0] - L[7] * b[1]) / L[8];
@@ -3800,7 +3803,6 @@ typedef struct ecp_i_motion {
     int turns;                    /* how many times ecp_i_move has set T, J and R */
     ecp_real R0[9];               /* rotation at the beginning of the step */
     ecp_real inertia[9];          /* about the centre of mass, world axes, beginning of the step */
-    ecp_real root[9];             /* ecp_i_root of body->inertia, once it is needed; zero before */
     ecp_real whole[6];            /* p_app + p_vp of equ:discrete_NE */
     ecp_real kick[6];             /* what the equations take of it; all, but for ecp_i_ramp */
     ecp_real free[6];             /* the velocity change without contacts, M^-1 kick */
@@ -3864,18 +3866,14 @@ static void ecp_i_spin_momentum(const ecp_real R[9], const ecp_real inertia[9], 
 }
 
 /* what M^-1 makes of an impulse (linear, angular) */
-static void ecp_i_velocity_change(ecp_i_motion *m, const ecp_real impulse[6], ecp_real dv[6])
+static void ecp_i_velocity_change(const ecp_i_motion *m, const ecp_real impulse[6], ecp_real dv[6])
 {
     ecp_real own[3];
     ecp_i_scale(1 / m->body->mass, impulse, dv);
     ecp_i_copy3(impulse + 3, dv + 3);
     if (ECP_I_FAST && ecp_i_is_zero(dv + 3)) return;
-    if (m->root[0] == 0) {
-        ecp_i_copy(9, m->body->inertia, m->root);
-        ecp_i_cholesky3(m->root);
-    }
     ecp_i_mul_t(m->R0, dv + 3, own);
-    ecp_i_cholesky3_solve(m->root, own);
+    ecp_i_solve3(m->body->inertia, own);
     ecp_i_mul(m->R0, own, dv + 3);
 }
 
@@ -3934,16 +3932,14 @@ static int ecp_i_implicit_rotation(const ecp_real inertia[9], const ecp_real w0[
 static void ecp_i_gyroscopic(const ecp_real inertia[9], const ecp_real w[3], ecp_real h,
                              ecp_real moment[3])
 {
-    ecp_real Iw[3], change[3], L[9];
+    ecp_real Iw[3], change[3];
     ecp_i_set3(0, 0, 0, moment);
     if (ECP_I_FAST && ecp_i_is_zero(w)) return;
     ecp_i_mul(inertia, w, Iw);
     ecp_i_cross(w, Iw, moment);
     if (ECP_I_FAST && ecp_i_is_zero(moment)) return;
-    ecp_i_copy(9, inertia, L);
     ecp_i_copy3(moment, change);
-    ecp_i_cholesky3(L);
-    ecp_i_cholesky3_solve(L, change);
+    ecp_i_solve3(inertia, change);
     if (400 * h * h * ecp_i_dot(change, moment) <= ecp_i_dot(w, Iw)) return;
     if (ecp_i_implicit_rotation(inertia, w, h, change)) {
         ecp_i_mul(inertia, change, Iw);
@@ -11826,12 +11822,10 @@ static ecp_real ecp_i_margin_time(const ecp_i_advance *a)
    about itself */
 static void ecp_i_spin_change(const ecp_i_body *b, ecp_real L[3])
 {
-    ecp_real R[9], root[9], own[3];
+    ecp_real R[9], own[3];
     ecp_quat_to_matrix(b->q, R);
-    ecp_i_copy(9, b->inertia, root);
-    ecp_i_cholesky3(root);
     ecp_i_mul_t(R, L, own);
-    ecp_i_cholesky3_solve(root, own);
+    ecp_i_solve3(b->inertia, own);
     ecp_i_mul(R, own, L);
 }
 

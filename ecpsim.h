@@ -6379,8 +6379,8 @@ static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax,
     }
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
-        c->relax = relax;
-        c->chord = s->chord;
+        if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_CONTINUATION) c->relax = relax;
+        if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_CHORD) c->chord = s->chord;
         ecp_i_pair_evaluate(c, z + c->at, s->h);
         ecp_i_pair_residual(c, z + c->at, s->h, F + c->at);
         ecp_i_pair_noise(c, s->h, 0);
@@ -7177,7 +7177,7 @@ static int ecp_i_attempt(const ecp_i_problem *p, int warm, const ecp_options *o,
         ecp_i_copy(p->n, p->stalled, z);
         ecp_i_evaluate(p, z, 0, effort);
     }
-    if (warm && p->stalled && ecp_i_is_large(p) && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
+    if (warm && ecp_i_is_large(p) && ecp_i_may(o, ECP_FALLBACK_CONTINUATION) && p->stalled) {
         ecp_i_copy(p->n, z, p->stalled);
         if (ecp_i_may(o, ECP_FALLBACK_GEOMETRIC)) {
             effort->fallbacks |= ECP_FALLBACK_GEOMETRIC;
@@ -7189,7 +7189,7 @@ static int ecp_i_attempt(const ecp_i_problem *p, int warm, const ecp_options *o,
         ecp_i_copy(p->n, p->stalled, z);
         ecp_i_evaluate(p, z, 0, effort);
     }
-    if (!p->repair || !ecp_i_may(o, ECP_FALLBACK_GEOMETRIC)) return 0;
+    if (!ecp_i_may(o, ECP_FALLBACK_GEOMETRIC) || !p->repair) return 0;
     effort->fallbacks |= ECP_FALLBACK_GEOMETRIC;
     p->repair(p->self, z);
     return ecp_i_newton(p, 0, o->tolerance, o->max_iterations, 0, z, effort);
@@ -7225,7 +7225,7 @@ static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *o, ecp_real *z
             solved = ecp_i_continue(p, o->tolerance, limit, z, effort);
             if (ecp_i_takes(p, solved, 0)) return 1;
         }
-        if (k == 2 && p->load && ecp_i_may(o, ECP_FALLBACK_LOAD)) {
+        if (k == 2 && ecp_i_may(o, ECP_FALLBACK_LOAD) && p->load) {
             solved = ecp_i_ramp(p, o->tolerance, limit, z, effort);
             if (ecp_i_takes(p, solved, 0)) return 1;
         }
@@ -9831,7 +9831,7 @@ static void ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, 
         s->uncentred |= old->centred == 0;
         s->in_vain |= old->centred < 0;
     }
-    c->relax = 0;
+    if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_CONTINUATION) c->relax = 0;
     if (!ecp_i_on_plane(c)) c->placed = 0; /* (ecp_i_carry_ecp takes fa and ga for room) */
     if (warm)
         ecp_i_start_warm(s, c, z + c->at);
@@ -10574,25 +10574,26 @@ static void ecp_i_island_problem(ecp_i_island *s, ecp_real *const *vectors, ecp_
     p->self = s;
     p->n = s->unknowns;
     p->velocities = 6 * ecp_i_body_count(s);
-    if (ECP_I_PAIRS) p->large = ecp_i_island_is_large(s);
     p->residual = ecp_i_island_residual;
     p->step = ecp_i_island_step;
-    p->again = ECP_I_PAIRS ? ecp_i_island_again : NULL;
-    p->turn = ECP_I_PAIRS ? ecp_i_island_turn : NULL;
     p->start = ecp_i_island_start;
-    p->gathered = p->calm = 0;
-    if (ECP_I_PAIRS) p->gather = NULL;
-    if (ECP_I_PAIRS && ((ECPSIM_FALLBACKS)&ECP_FALLBACK_WORKING_SET) != 0)
-        p->gather = ecp_i_island_gather;
-    p->repair = (ECPSIM_FALLBACKS)&ECP_FALLBACK_GEOMETRIC ? ecp_i_island_repair : NULL;
-    p->valid = ECP_I_PAIRS ? ecp_i_island_valid : NULL;
-    p->load = (ECPSIM_FALLBACKS)&ECP_FALLBACK_LOAD ? ecp_i_island_load : NULL;
+    /* what nobody asks for is not set */
+    if (ECP_I_PAIRS) {
+        p->large = ecp_i_island_is_large(s);
+        p->again = ecp_i_island_again;
+        p->turn = ecp_i_island_turn;
+        p->valid = ecp_i_island_valid;
+        p->gather = (ECPSIM_FALLBACKS)&ECP_FALLBACK_WORKING_SET ? ecp_i_island_gather : NULL;
+        p->gathered = p->calm = 0;
+    }
+    if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_GEOMETRIC) p->repair = ecp_i_island_repair;
+    if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_LOAD) p->load = ecp_i_island_load;
     p->F = vectors[1];
     p->kept = vectors[2];
     p->dz = vectors[3];
     p->trial = vectors[4];
     p->drift = vectors[5];
-    p->stalled = ECP_I_VECTORS > 6 ? vectors[ECP_I_VECTORS - 1] : NULL;
+    if (ECP_I_VECTORS > 6) p->stalled = vectors[ECP_I_VECTORS - 1];
 }
 
 /* Three bodies and more that the first starts (and, of large islands, continuation in haste) do not solve are

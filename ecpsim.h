@@ -4472,9 +4472,10 @@ static ecp_real ecp_i_rho(const ecp_i_pair *c)
 }
 
 /* z = y - rho slip, projected on the ball of the radius mu p_n: to z radius / outer with
-   outer = max(|z|, radius), where |z|, the positive part of p_n and the maximum are smoothed by tau */
+   outer = max(|z|, radius), where |z|, the positive part of p_n and the maximum are smoothed by tau; taken: the part
+   of z that this takes away */
 typedef struct ecp_i_projection {
-    ecp_real rho, z[3], z_norm, radius, outer;
+    ecp_real rho, z[3], z_norm, radius, outer, taken;
 } ecp_i_projection;
 
 static void ecp_i_cone_project(const ecp_i_pair *c, ecp_real rho, ecp_i_projection *q)
@@ -4489,21 +4490,16 @@ static void ecp_i_cone_project(const ecp_i_pair *c, ecp_real rho, ecp_i_projecti
     q->z_norm = ecp_i_sqrt(sum);
     q->radius = c->mu * (c->p[0] + ecp_i_smooth_abs(c->p[0], tau2)) / 2;
     q->outer = (q->z_norm + q->radius + ecp_i_smooth_abs(q->z_norm - q->radius, tau2)) / 2;
-}
-
-/* the part of z that the projection takes away */
-static ecp_real ecp_i_taken_away(const ecp_i_projection *q)
-{
-    return q->outer > q->radius ? (q->outer - q->radius) / q->outer : ECP_R(0);
+    q->taken = q->outer > q->radius ? (q->outer - q->radius) / q->outer : ECP_R(0);
 }
 
 /* The friction rows y - s z with s = radius / outer, written as (1 - s) y + s rho slip, which is as exact
    as the slip is, however small rho. */
 static void ecp_i_friction_rows(const ecp_i_pair *c, const ecp_i_projection *q, ecp_real *F)
 {
-    ecp_real rest = ecp_i_taken_away(q), s = rest > 0 ? q->radius / q->outer : ECP_R(1);
+    ecp_real s = q->taken > 0 ? q->radius / q->outer : ECP_R(1);
     int k;
-    for (k = 0; k < ecp_i_nf(c); k++) F[k] = rest * c->p[1 + k] + s * q->rho * c->slip[k];
+    for (k = 0; k < ecp_i_nf(c); k++) F[k] = q->taken * c->p[1 + k] + s * q->rho * c->slip[k];
 }
 
 /* The patch's rows of F, after ecp_i_pair_evaluate. */
@@ -4614,7 +4610,7 @@ static void ecp_i_pair_slopes(ecp_i_pair *c, ecp_real h, ecp_real kink, ecp_i_sl
     s->on_limit = 0;
     if (ecp_i_nf(c) == 0) return;
     ecp_i_cone_project(c, ecp_i_rho(c), &s->cone);
-    s->rest = ecp_i_taken_away(&s->cone);
+    s->rest = s->cone.taken;
     c->may_stick = s->rest < kink || (idles && ecp_i_norm(c->slip) < kink);
     if (ECP_I_CENTRING && c->may_stick) {
         /* centring: friction at its limit that does not slip leaves it or stays there, as the patch is told, and where
@@ -6339,7 +6335,7 @@ static void ecp_i_add_pair_size(const ecp_i_island *s, const ecp_i_pair *c, cons
     size = ecp_i_largest(ecp_i_nf(c), friction);
     ecp_i_worst(&total->largest, size);
     ecp_i_worst(&total->friction, size);
-    ecp_i_worst(&total->error, size - (1 - ecp_i_taken_away(&q)) * jitter / c->V);
+    ecp_i_worst(&total->error, size - (1 - q.taken) * jitter / c->V);
 }
 
 /* the rows of a body's balance, once all impulses are in it, and how large they are */
@@ -10832,7 +10828,7 @@ static int ecp_i_on_a_kink(const ecp_i_island *s, const ecp_real *z, ecp_real ti
         if (ecp_i_nf(c) > 0) {
             ecp_i_projection q;
             ecp_i_cone_project(c, ecp_i_rho(c), &q);
-            if (q.z_norm >= q.radius - tiny && ecp_i_taken_away(&q) < ecp_i_kink(1)) return 1;
+            if (q.z_norm >= q.radius - tiny && q.taken < ecp_i_kink(1)) return 1;
         }
         for (j = 0; j < c->nl; j++) {
             if (c->fa[j] > -tiny * c->L && z[c->at + 3 + j] <= tiny) return 1;

@@ -9556,26 +9556,25 @@ static ecp_real ecp_i_sweep_speed(const ecp_i_part *part, const ecp_i_motion *m,
 static ecp_real ecp_i_island_speed(const ecp_i_island *s)
 {
     ecp_real speed = s->h * ecp_i_norm(s->world->desc.gravity);
-    int i;
+    int i, k;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         const ecp_i_motion *m = ecp_i_mover(s, i);
-        const ecp_real *v = m->v, *v0 = m->body->v;
-        ecp_real linear = ecp_i_max(ecp_i_dot(v, v), ecp_i_dot(v0, v0));
         ecp_i_raise(&speed, 64 * ECP_I_EPSILON * m->length / s->h);
-        ecp_i_raise(&speed, ecp_i_sqrt(linear));
-        ecp_i_raise(&speed, ecp_i_spin_speed(m, v + 3));
-        ecp_i_raise(&speed, ecp_i_spin_speed(m, v0 + 3));
+        for (k = 0; k < 2; k++) {
+            const ecp_real *v = k ? m->body->v : m->v;
+            ecp_i_raise(&speed, ecp_i_norm(v));
+            ecp_i_raise(&speed, ecp_i_spin_speed(m, v + 3));
+        }
     }
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         const ecp_i_motion *other = ecp_i_moves_b(c) ? c->ma : c->mb;
         const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
         if (!other->dynamic) ecp_i_raise(&speed, ecp_i_norm(other->v));
-        ecp_i_raise(&speed, ecp_i_sweep_speed(c->a, c->ma, c->ma->v + 3));
-        ecp_i_raise(&speed, ecp_i_sweep_speed(c->a, c->ma, c->ma->body->v + 3));
-        if (!ecp_i_on_plane(c)) {
-            ecp_i_raise(&speed, ecp_i_sweep_speed(c->b, c->mb, c->mb->v + 3));
-            ecp_i_raise(&speed, ecp_i_sweep_speed(c->b, c->mb, c->mb->body->v + 3));
+        for (k = 0; k < (ecp_i_on_plane(c) ? 2 : 4); k++) {
+            const ecp_i_motion *m = k < 2 ? c->ma : c->mb;
+            const ecp_real *v = k % 2 ? m->body->v : m->v;
+            ecp_i_raise(&speed, ecp_i_sweep_speed(k < 2 ? c->a : c->b, m, v + 3));
         }
         ecp_i_raise(&speed, ecp_i_depth(c, old, c->n) / s->h);
     }

@@ -1445,6 +1445,14 @@ ECP_DEF void ecp_quat_advance(const ecp_real q[4], const ecp_real w[3], ecp_real
     ecp_i_quat_normalise(out);
 }
 
+/* the matrix of u x */
+static void ecp_i_skew(const ecp_real u[3], ecp_real U[9])
+{
+    ecp_i_set3(0, -u[2], u[1], U);
+    ecp_i_set3(u[2], 0, -u[0], U + 3);
+    ecp_i_set3(-u[1], u[0], 0, U + 6);
+}
+
 /* The same turn as a matrix I + T, T = 2 / (1 + |u|^2) (U + U^2) with u = h w / 2, U = [u]x (kept
    without the identity, so that small turns lose no digits), and its left derivative: a change dw
    of w turns the result further by J dw, J = h / (1 + |u|^2) (I + U). */
@@ -1455,9 +1463,7 @@ static void ecp_i_cayley(const ecp_real w[3], ecp_real h, ecp_real T[9], ecp_rea
     ecp_i_scale(h / 2, w, u);
     uu = ecp_i_dot(u, u);
     s = 1 / (1 + uu);
-    ecp_i_set3(0, -u[2], u[1], J);
-    ecp_i_set3(u[2], 0, -u[0], J + 3);
-    ecp_i_set3(-u[1], u[0], 0, J + 6);
+    ecp_i_skew(u, J);
     for (i = 0; i < 3; i++) {
         for (j = 0; j < 3; j++) {
             /* U^2 = u u^T - |u|^2 I */
@@ -3888,7 +3894,7 @@ static int ecp_i_implicit_rotation(const ecp_real inertia[9], const ecp_real w0[
     ecp_i_copy3(w0, w);
     ecp_i_set3(0, 0, 0, x);
     for (k = 0; k < 60; k++) {
-        ecp_real back[3], lost[3];
+        ecp_real back[3], lost[3], cross[9], turned[9];
         ecp_i_mul(inertia, w, L);
         ecp_i_cross(w, L, f);
         ecp_i_scale(h, f, f);
@@ -3905,16 +3911,15 @@ static int ecp_i_implicit_rotation(const ecp_real inertia[9], const ecp_real w0[
         }
         before = size;
         t = 1;
-        /* J = I + h ([w] I - [I w]), column by column */
+        /* J = I + h ([w] I - [I w]) */
+        ecp_i_skew(w, cross);
+        ecp_i_matmul(cross, inertia, turned);
+        ecp_i_skew(L, cross);
         for (i = 0; i < 3; i++) {
-            ecp_real unit[3] = {0, 0, 0}, column[3], turned[3];
-            unit[i] = 1;
-            ecp_i_mul(inertia, unit, column);
-            ecp_i_cross(w, column, turned);
-            ecp_i_axpy(column, h, turned, column);
-            ecp_i_cross(unit, L, turned);
-            ecp_i_axpy(column, h, turned, column);
-            for (j = 0; j < 3; j++) J[4 * j + i] = column[j];
+            for (j = 0; j < 3; j++) {
+                int at = 3 * i + j;
+                J[4 * i + j] = inertia[at] + h * turned[at] - h * cross[at];
+            }
             J[4 * i + 3] = f[i];
         }
         if (ecp_i_qr(3, 3, 4, J, 4, tau, piv, 0, 0) < 3) break;

@@ -8688,18 +8688,18 @@ static void ecp_i_carve_vectors(ecp_i_arena *arena, int unknowns, ecp_real *vect
     for (k = 1; k < ECP_I_VECTORS; k++) vectors[k] = vectors[0] ? vectors[k - 1] + unknowns : NULL;
 }
 
-/* unknowns of a patch with three friction rows and all multipliers that the description allows */
+/* unknowns of a patch with all friction rows that there are, and all multipliers that the description allows */
 static int ecp_i_most_unknowns(const ecp_world_desc *d)
 {
-    return (ECP_I_PAIRS ? 8 : 7) + d->max_inequalities;
+    return 4 + ECP_I_PAIRS + 3 * ECP_I_FRICTION + d->max_inequalities;
 }
 
-/* What a patch can leave to the front. With a half-space: the ECP where no multiplier is kept, and the
-   impulses, 7; each multiplier that is kept fixes the normal in one direction, and itself. */
+/* What a patch can leave to the front. With a half-space: the ECP and the impulses, where no multiplier is kept; each
+   that is kept fixes the normal in one direction, and itself. */
 static int ecp_i_most_left(const ecp_world_desc *d)
 {
-    int most = ecp_i_most_unknowns(d);
-    return ECP_I_PAIRS ? most : most < 9 ? 7 : most - 2;
+    int kept = d->max_inequalities > 2 ? 2 : d->max_inequalities;
+    return ecp_i_most_unknowns(d) - (ECP_I_PAIRS ? 0 : kept);
 }
 
 /* bodies of one island */

@@ -6206,13 +6206,15 @@ static void ecp_i_no_noise(ecp_i_motion *m)
    of that impulse in the other directions: a stack on ice is known to be pushed by far less than its gaps let pass. */
 static void ecp_i_add_noise_share(const ecp_i_pair *c, ecp_i_motion *m)
 {
-    ecp_real mu = ecp_i_min(c->mu, 1), n[3];
+    ecp_real mu = ecp_i_min(c->mu, 1), n[3], all;
     int k;
-    for (k = 0; ECP_I_PAIRS && k < 6; k++) {
-        ecp_real share;
-        if (k < 3) n[k] = ecp_i_abs(c->n[k]);
-        share = k < 3 ? n[k] : ecp_i_min(1, n[(k + 1) % 3] + n[(k + 2) % 3]);
-        ecp_i_raise(m->along + k, share + mu * (1 - share));
+    if (!ECP_I_PAIRS) return;
+    for (k = 0; k < 3; k++) n[k] = ecp_i_abs(c->n[k]);
+    all = n[0] + n[1] + n[2];
+    for (k = 0; k < 3; k++) {
+        ecp_real across = ecp_i_min(all - n[k], 1);
+        ecp_i_raise(m->along + k, n[k] + mu * (1 - n[k]));
+        ecp_i_raise(m->along + k + 3, across + mu * (1 - across));
     }
 }
 
@@ -6231,8 +6233,8 @@ static void ecp_i_pair_noise(const ecp_i_pair *c, ecp_real h, ecp_real tiny)
     ecp_real noise = (c->d_noise + tiny * c->L) / h, jitter = c->d_noise / h;
     ecp_i_raise(&c->ma->jitter, jitter);
     ecp_i_raise(&c->mb->jitter, jitter);
-    ecp_i_add_noise_share(c, c->ma);
-    ecp_i_add_noise_share(c, c->mb);
+    if (ecp_i_moves_a(c)) ecp_i_add_noise_share(c, c->ma);
+    if (ecp_i_moves_b(c)) ecp_i_add_noise_share(c, c->mb);
     if (ecp_i_on_plane(c)) return;
     ecp_i_raise(&c->ma->noise, noise);
     ecp_i_raise(&c->mb->noise, noise);

@@ -825,7 +825,10 @@ typedef struct ecp_report {
     ecp_real largest_turn; /* max of h |w| over the bodies, rad. A step that turns a body by
                                     more than about 0.1 may have several solutions, of which the
                                     one nearest to the start is taken */
-    size_t memory_used;    /* high-water mark of the block, bytes */
+    ecp_real
+        dropped; /* the largest velocity that a body of an island that comes to rest has begun the step
+                              without (docs/model.md), m/s, a turn times sqrt(trace I / mass); 0 where none has */
+    size_t memory_used; /* high-water mark of the block, bytes */
 } ecp_report;
 
 /* Advances the world by h seconds: predicts, solves the equations of the paper for all bodies and
@@ -6163,15 +6166,16 @@ typedef struct ecp_i_island {
     ecp_real tolerance;
     ecp_real chord; /* of its patches */
     const ecp_world *world;
-    int centring;  /* count unknowns from their target in the next Newton step */
-    int many;      /* the last Newton step had many solutions (see ecp_i_island_step) */
-    int nearest;   /* the rule is ECP_NEAREST: starts keep the ECPs where they can */
-    int uncentred; /* a patch starts from a point that the rule ECP_CENTRED did not choose, */
-    int in_vain;   /* or could not find */
-    int still;     /* nothing moved in the start */
-    int course;    /* how its patches were solved in the last step, together */
-    int rests;     /* its bodies begin the step at rest (ecp_i_come_to_rest) */
-    int loose;     /* in float: normals are held to the tolerance only (ecp_i_geometry_error), and
+    int centring;     /* count unknowns from their target in the next Newton step */
+    int many;         /* the last Newton step had many solutions (see ecp_i_island_step) */
+    int nearest;      /* the rule is ECP_NEAREST: starts keep the ECPs where they can */
+    int uncentred;    /* a patch starts from a point that the rule ECP_CENTRED did not choose, */
+    int in_vain;      /* or could not find */
+    int still;        /* nothing moved in the start */
+    int course;       /* how its patches were solved in the last step, together */
+    int rests;        /* its bodies begin the step at rest (ecp_i_come_to_rest), */
+    ecp_real dropped; /* without this velocity */
+    int loose; /* in float: normals are held to the tolerance only (ecp_i_geometry_error), and
                       momentum to the noise of gaps, whatever the loads */
     size_t begin, blocks_at; /* where the memory of a Newton step begins, and that of its blocks */
     ecp_i_tree tree;
@@ -10553,6 +10557,7 @@ static void ecp_i_open_island(ecp_i_step *step, int label, ecp_i_island *s)
 {
     s->centring = s->many = s->uncentred = s->in_vain = 0;
     s->rests = 0;
+    s->dropped = 0;
     s->chord = 0;
     s->loose = 0;
     s->tree.fronts = NULL;
@@ -10696,10 +10701,13 @@ static void ecp_i_drop_momentum(ecp_i_island *s, int drop)
 {
     int i, k;
     s->rests = drop;
+    s->dropped = 0;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
         ecp_real v[6], momentum[6];
         for (k = 0; k < 6; k++) v[k] = drop ? m->body->v[k] + m->body->v_carry[k] : ECP_R(0);
+        ecp_i_raise(&s->dropped, ecp_i_norm(v));
+        ecp_i_raise(&s->dropped, m->length * ecp_i_norm(v + 3));
         ecp_i_scale(m->mass, v, momentum);
         ecp_i_spin_momentum(m->R0, m->body->inertia, v + 3, momentum + 3);
         for (k = 0; k < 6; k++) m->kick[k] = m->whole[k] - momentum[k];
@@ -10766,6 +10774,7 @@ static void ecp_i_count_island(const ecp_i_step *step, const ecp_i_island *s,
     r->evaluations += effort->evaluations;
     r->fallbacks |= effort->fallbacks;
     r->merit += merit;
+    if (ECP_I_PAIRS) ecp_i_raise(&r->dropped, s->dropped);
     ecp_i_worst(&r->natural_residual, effort->size.largest);
 }
 

@@ -2551,6 +2551,46 @@ static double step_fastest(const ecp_world *w)
     return most;
 }
 
+/* What gaps are granted acts along their normals: two cubes on ice in short steps are moved by forces, and turned by
+   torques, far below what the rounding of their gap would be as a force (float: of a hundredth of their weight; with
+   mu = 0.5 that is still granted to the sides). */
+static void test_step_ice(void)
+{
+    static const double lengths[2] = {0.01, 1e-3};
+    int i, k, b;
+    for (i = 0; i < 4; i++) {
+        double h = lengths[i / 2], share = test_by(1e-9, 1e-4), scale = share * 9.8 * h * 100;
+        ecp_world_desc d = ecp_world_desc_default();
+        ecp_material ice = ecp_material_default();
+        ecp_world *w;
+        ice.mu = 0;
+        d.max_bodies = 3;
+        d.max_patches = 10;
+        w = test_world(&d);
+        test_ground(w, 0, 0, 1, &ice);
+        for (k = 0; k < 2; k++) test_box(w, 1, 0.5, 0.5, 0.5, 0, 0, 0.5 + k, &ice);
+        for (k = 0; k < 200; k++) {
+            for (b = 1; b < 3; b++) {
+                ecp_real f[3] = {0, 0, 0};
+                f[i % 2 ? 2 : 0] = (ecp_real)(share * 9.8);
+                if (k < 100) continue;
+                CHECK((i % 2 ? ecp_body_apply_torque(w, b, f)
+                             : ecp_body_apply_force(w, b, f, NULL)) == ECP_OK);
+            }
+            CHECK(ecp_step(w, (ecp_real)h, NULL, NULL) == ECP_OK);
+        }
+        for (b = 1; b < 3; b++) {
+            ecp_real v[3], turn[3];
+            CHECK(ecp_body_get_state(w, b, NULL, NULL, v, turn) == ECP_OK);
+            if (i % 2)
+                CHECK_NEAR(turn[2], 6 * scale, 0.01 * 6 * scale);
+            else
+                CHECK_NEAR(v[0], scale, 0.01 * scale);
+        }
+        free(w);
+    }
+}
+
 /* Flush crates that are dropped: a cube of them and walls. The impact turns them about the vertical by what rounding
    makes of it, which nothing resists, and each step was a jam for ever, of 30 to 500 iterations. They rest, and sleep if
    they may. (In float 3 x 3 x 2 finds its corners anew in each step, and another block stands for it.) */
@@ -2568,9 +2608,10 @@ static void test_step_crates(void)
                                            {4, 1, 4, 0.01},
                                            {4, 1, 4, 0.1},
                                            {3, 2, 2, 0.05}}};
-    int is_double = sizeof(ecp_real) == sizeof(double), scene, k, iterations;
+    int is_double = sizeof(ecp_real) == sizeof(double), scene, k, iterations, dropped;
     for (scene = 0; scene < 6; scene++) {
         const double *c = drops[is_double ? 0 : 1][scene];
+        double before, fastest;
         ecp_world_desc d = ecp_world_desc_default();
         ecp_options o = ecp_options_default();
         ecp_world *w;
@@ -2580,12 +2621,17 @@ static void test_step_crates(void)
         w = test_world(&d);
         step_grid(w, (int)c[0], (int)c[1], (int)c[2], 0, c[3]);
         o.sleep = scene == 0;
-        for (k = iterations = 0; k < 150; k++) {
+        for (k = iterations = dropped = 0, before = 0; k < 150; k++) {
             CHECK(ecp_step(w, ECP_R(0.01), &o, &r) == ECP_OK);
             if (k >= 120) iterations += r.iterations;
+            fastest = step_fastest(w);
+            CHECK((double)r.dropped <= 2 * before);
+            dropped += r.dropped > 0;
+            before = fastest;
         }
         CHECK(iterations == 0);
         CHECK(step_fastest(w) == 0);
+        CHECK(dropped > 0 && r.dropped == 0);
         CHECK(test_least_gap(w) >= -test_by(4e-12, 1e-4));
         CHECK(r.asleep == (o.sleep ? 8 : 0));
         free(w);
@@ -2855,6 +2901,7 @@ static void test_step(void)
     test_step_poses();
     test_step_flush();
     test_step_crates();
+    test_step_ice();
     test_step_crates_go_on();
     test_step_niche();
     test_step_corners();

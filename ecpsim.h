@@ -4936,7 +4936,7 @@ static void ecp_i_change_motion(const ecp_i_pair *c, const ecp_i_motion *m, ecp_
    linear ones, as a patch sees only how A moves relative to B, and pushes both alike: the columns are those
    of A's velocities less B's, the rows the momentum that A gets, in units of the lighter body. */
 typedef struct ecp_i_seat {
-    int at, of;           /* row and column of the block; which velocity that is */
+    int at, of;           /* row and column of the block, after its own; which velocity that is */
     ecp_real sees, takes; /* this velocity's column is the block's times the first, this momentum's
                              row the block's times the second */
 } ecp_i_seat;
@@ -4952,7 +4952,7 @@ static int ecp_i_seats(const ecp_i_pair *c)
 static ecp_i_seat ecp_i_seat_of(const ecp_i_pair *c, int side, int i, int number)
 {
     ecp_i_seat s;
-    s.at = c->ny + i;
+    s.at = i;
     s.of = number;
     s.sees = s.takes = 1;
     if (!ecp_i_moves_a(c) || !ecp_i_moves_b(c)) return s;
@@ -5254,13 +5254,18 @@ static void ecp_i_recover_slack(const ecp_i_pair *c, const ecp_real *dv_a, const
     }
 }
 
-/* From the velocity changes dv (of A and B, scaled) and the values `left` of the unknowns passed on:
-   the step dy of all the patch's unknowns. They take the place of the right-hand side. */
-static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real *dv_a,
-                                const ecp_real *dv_b, const ecp_real *left, ecp_real h,
-                                int centring, ecp_real *dy)
+/* of the step of a patch the unknown in column k, of a pivot (it takes the place of the right-hand side) or passed on */
+static ecp_real ecp_i_solved(const ecp_i_pair *c, int k)
 {
-    ecp_real *x = c->block + c->columns - 1, target_a[3], target_p[4], seen[9];
+    return k < c->pivots ? c->block[c->columns * (k + 1) - 1] : c->left[k - c->pivots];
+}
+
+/* From the velocity changes dv (of A and B, scaled) and the unknowns passed on the step dy of all the patch's
+   unknowns. */
+static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real *dv_a,
+                                const ecp_real *dv_b, ecp_real h, int centring, ecp_real *dy)
+{
+    ecp_real target_a[3], target_p[4], seen[9];
     const ecp_real *v = dv_a;
     int i, j, k, ld = c->columns, n = c->ny;
     if (ECP_I_PAIRS) {
@@ -5269,35 +5274,31 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
         for (k = 0; k < ecp_i_seats(c); k++) seen[k] = 0;
         for (k = 0; k < count; k++) {
             const ecp_i_seat *s = seats + k;
-            seen[s->at - n] += s->sees * (s->of < 6 ? dv_a[s->of] : dv_b[s->of - 6]);
+            seen[s->at] += s->sees * (s->of < 6 ? dv_a[s->of] : dv_b[s->of - 6]);
         }
         v = seen;
     }
     /* solved in the order of the columns, then put where they belong */
-    for (k = n - 1; k >= 0; k--) {
+    for (k = c->pivots - 1; k >= 0; k--) {
         const ecp_real *row = c->block + ld * k;
-        ecp_real sum;
-        if (k >= c->pivots) {
-            x[ld * k] = left[k - c->pivots];
-            continue;
-        }
-        sum = x[ld * k];
-        for (j = k + 1; j < n; j++) sum -= row[j] * x[ld * j];
+        ecp_real sum = row[ld - 1];
+        for (j = k + 1; j < n; j++) sum -= row[j] * ecp_i_solved(c, j);
         for (j = 0; j < ecp_i_seats(c); j++) sum -= row[n + j] * v[j];
-        x[ld * k] = sum / row[k];
+        c->block[ld * k + ld - 1] = sum / row[k];
     }
-    for (k = 0; k < n; k++, x += ld) {
+    for (k = 0; k < n; k++) {
+        ecp_real value = ecp_i_solved(c, k);
         i = c->col_order[k];
         if (i < 3) {
-            dy[i] = *x;
+            dy[i] = value;
         } else if (i < 3 + c->kl) {
-            dy[3 + c->active_a[i - 3]] = *x;
+            dy[3 + c->active_a[i - 3]] = value;
         } else if (ecp_i_on_plane(c) || i >= n - 1 - ecp_i_nf(c)) {
-            dy[ecp_i_at_p(c) + i - (n - 1 - ecp_i_nf(c))] = *x;
+            dy[ecp_i_at_p(c) + i - (n - 1 - ecp_i_nf(c))] = value;
         } else if (i == 3 + c->kl) {
-            dy[ecp_i_at_d(c)] = *x;
+            dy[ecp_i_at_d(c)] = value;
         } else {
-            dy[ecp_i_at_m(c) + c->on_b->active_b[i - 4 - c->kl]] = *x;
+            dy[ecp_i_at_m(c) + c->on_b->active_b[i - 4 - c->kl]] = value;
         }
     }
     if (centring) {
@@ -5775,12 +5776,39 @@ static ecp_real ecp_i_force_weight(const ecp_i_pair *c, int i)
     return c->col_tag[c->pivots + i] & ECP_I_GEOMETRY ? ECP_I_ECP_WEIGHT : ECP_R(1);
 }
 
-/* the largest coefficient of a constraint that a patch passes on from this row of its block; 0: none */
-static ecp_real ecp_i_constraint_size(const ecp_i_tree *t, const ecp_i_pair *c, int row)
+/* Without pairs nobody asks for the rest of a block once more (ecp_i_block_again): of the rows behind the pivots'
+   those columns are packed that the front wants, and the memory behind them is given back. */
+static void ecp_i_block_pack(ecp_i_arena *arena, const ecp_i_pair *c)
 {
-    int ld = c->columns;
-    ecp_real size = ecp_i_row_size(ld - 1 - c->ny, c->block + ld * row + c->ny);
-    ecp_real unit = c->row_tag[row] & ECP_I_GEOMETRY ? t->h * c->V / c->L : ECP_R(1);
+    int i, j, ld = c->columns;
+    ecp_real *to = c->block + ld * c->pivots;
+    if (ECP_I_PAIRS) return;
+    for (i = c->pivots; i < ld - 1; i++) {
+        for (j = i < c->ny ? c->ny : c->pivots; j < ld; j++) *to++ = c->block[ld * i + j];
+    }
+    ecp_i_release(arena, (size_t)((unsigned char *)to - arena->base + 7) & ~(size_t)7, arena->top);
+}
+
+/* of an eliminated block the row i of its own that is left, in the columns of the velocities */
+static const ecp_real *ecp_i_left_row(const ecp_i_pair *c, int i)
+{
+    const ecp_real *rows = c->block + c->columns * c->pivots;
+    return ECP_I_PAIRS ? rows + c->columns * i + c->ny : rows + 7 * i;
+}
+
+/* and the row i of momentum, in the columns that are left and those of the velocities */
+static const ecp_real *ecp_i_momentum_row(const ecp_i_pair *c, int i)
+{
+    int left = c->ny - c->pivots;
+    return ECP_I_PAIRS ? c->block + c->columns * (c->ny + i) + c->pivots
+                       : ecp_i_left_row(c, left) + (left + 7) * i;
+}
+
+/* the largest coefficient of a constraint that a patch passes on from row i of those that are left; 0: none */
+static ecp_real ecp_i_constraint_size(const ecp_i_tree *t, const ecp_i_pair *c, int i)
+{
+    ecp_real size = ecp_i_row_size(ecp_i_seats(c), ecp_i_left_row(c, i));
+    ecp_real unit = c->row_tag[c->pivots + i] & ECP_I_GEOMETRY ? t->h * c->V / c->L : ECP_R(1);
     return size <= ECP_I_NO_CONSTRAINT * ecp_i_min(unit, 1) ? ECP_R(0) : size;
 }
 
@@ -5804,27 +5832,28 @@ static ecp_i_seat ecp_i_seat_number(const ecp_i_pair *c, const ecp_i_seat *seats
 static void ecp_i_front_patch(const ecp_i_tree *t, ecp_i_front *f, const ecp_i_pair *c,
                               int constraints, int forces)
 {
-    int i, j, ld = c->columns, left = c->ny - c->pivots;
+    int i, j, left = c->ny - c->pivots, rhs = ecp_i_seats(c);
     int ldc = 7 + ecp_i_width(f), ldb = 6 + ecp_i_width(f);
-    const ecp_real *A = c->block;
     ecp_i_seat seats[12];
     int count = ecp_i_patch_seats(t, c, seats);
     for (i = 0; i < left; i++) {
-        int row = c->pivots + i;
-        ecp_real size = ecp_i_constraint_size(t, c, row);
-        ecp_real *C = f->C + ldc * (constraints + i), *Bt = f->Bt + ldb * (forces + i);
+        const ecp_real *row = ecp_i_left_row(c, i);
+        ecp_real size = ecp_i_constraint_size(t, c, i), *C = f->C + ldc * (constraints + i);
+        if (!(size > 0)) continue;
         for (j = 0; j < count; j++) {
             const ecp_i_seat v = ecp_i_seat_number(c, seats, j);
-            if (size > 0) C[v.of] = v.sees * A[ld * row + v.at] / size;
-            Bt[v.of] = v.takes * A[ld * v.at + row] / ecp_i_force_weight(c, i);
+            C[v.of] = v.sees * row[v.at] / size;
         }
-        if (size > 0) C[ldc - 1] = A[ld * row + ld - 1] / size;
+        C[ldc - 1] = row[rhs] / size;
     }
     for (i = 0; i < count; i++) {
         const ecp_i_seat m = ecp_i_seat_number(c, seats, i);
-        const ecp_real *row = A + ld * m.at;
-        ecp_real *M = f->M + ldc * m.of;
-        M[ldc - 1] += m.takes * row[ld - 1];
+        const ecp_real *row = ecp_i_momentum_row(c, m.at);
+        ecp_real *M = f->M + ldc * m.of, *Bt = f->Bt + ldb * forces + m.of;
+        for (j = 0; j < left; j++, row++, Bt += ldb) {
+            *Bt = m.takes * *row / ecp_i_force_weight(c, j);
+        }
+        M[ldc - 1] += m.takes * row[rhs];
         for (j = 0; j < count; j++) {
             const ecp_i_seat v = ecp_i_seat_number(c, seats, j);
             M[v.of] += m.takes * v.sees * row[v.at];
@@ -6044,11 +6073,11 @@ static void ecp_i_front_collect(const ecp_i_tree *t, const ecp_i_front *f, const
         ecp_i_seat seats[12];
         int count = ecp_i_patch_seats(t, c, seats);
         for (i = c->pivots; i < c->ny; i++) {
-            ecp_real size = ecp_i_constraint_size(t, c, i);
+            ecp_real size = ecp_i_constraint_size(t, c, i - c->pivots);
             *rest++ = size > 0 ? rhs[c->columns * i] / size : ECP_R(0);
         }
         for (i = 0; i < count; i++) {
-            m[seats[i].of] += seats[i].takes * rhs[c->columns * seats[i].at];
+            m[seats[i].of] += seats[i].takes * rhs[c->columns * (c->ny + seats[i].at)];
         }
     }
     for (i = f->child; i >= 0; i = t->fronts[i].next) {
@@ -6408,9 +6437,9 @@ static void ecp_i_island_residual(void *self, const ecp_real *z, ecp_real relax,
 static void ecp_i_carve_block(ecp_i_arena *arena, int count, int bodies, ecp_i_pair *c)
 {
     int rows = count + ecp_i_seats_of(bodies);
-    ecp_real *block = ecp_i_take_reals(arena, rows, rows + 1);
     int *ints = ecp_i_take_ints(arena, (3 + ECP_I_PAIRS) * count);
-    if (!ints) return;
+    ecp_real *block = ecp_i_take_reals(arena, rows, rows + 1);
+    if (!block) return;
     c->block = block;
     c->row_tag = ints;
     c->col_tag = ints + count;
@@ -6577,7 +6606,7 @@ static int ecp_i_island_recover(const ecp_i_island *s, const ecp_real *z, ecp_re
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         ecp_i_block_recover(c, z + c->at, v + (ECP_I_PAIRS && ecp_i_moves_a(c) ? c->ma->at : 0),
-                            v + (ecp_i_moves_b(c) ? c->mb->at : 0), c->left, s->h,
+                            v + (ecp_i_moves_b(c) ? c->mb->at : 0), s->h,
                             ECP_I_CENTRING && s->centring, dz + c->at);
     }
     ecp_i_clear_left_out(s, dz);
@@ -6636,6 +6665,7 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
         ecp_i_block_fill(c, z + c->at, F + c->at, s->h, ECP_I_CENTRING && s->centring,
                          ecp_i_normal_floor(s, c));
         ecp_i_block_eliminate(c);
+        ecp_i_block_pack(s->arena, c);
     }
     for (i = 0; i < n; i++) dz[i] = -F[i];
     t->same = ecp_i_max(ECP_I_FINEST_CONSTRAINT, ecp_i_min(ECP_I_SAME_CONSTRAINT, fine));
@@ -8708,6 +8738,22 @@ static int ecp_i_most_left(const ecp_world_desc *d)
     return ecp_i_most_unknowns(d) - (ECP_I_PAIRS ? 0 : kept);
 }
 
+/* what ecp_i_block_pack keeps of a block of n unknowns and so many pivots, in reals */
+static int ecp_i_packed(int n, int pivots)
+{
+    int left = n - pivots;
+    return pivots * (n + 7) + left * 7 + 6 * (left + 7);
+}
+
+/* What it keeps at most beside what the front has for a patch, 14 reals for each unknown that is left (ecp_i_tree_reals):
+   together they grow or shrink with each pivot by the same, so with the fewest pivots, or with the most. */
+static int ecp_i_most_packed(const ecp_world_desc *d)
+{
+    int n = ecp_i_most_unknowns(d), left = ecp_i_most_left(d);
+    int few = ecp_i_packed(n, n - left), all = ecp_i_packed(n, n) - 14 * left;
+    return few > all ? few : all;
+}
+
 /* bodies of one island */
 static int ecp_i_most_together(const ecp_world_desc *d) { return ECP_I_PAIRS ? d->max_bodies : 1; }
 
@@ -8790,16 +8836,23 @@ static void ecp_i_carve_world(ecp_i_arena *arena, ecp_world *w)
     ecp_i_tree t;
     ecp_i_graph g;
     ecp_real *vectors[ECP_I_VECTORS];
-    int i, most = ecp_i_most_unknowns(d);
-    size_t reals = ecp_i_tree_reals(d);
+    int i, most = ecp_i_most_unknowns(d), packed = ecp_i_most_packed(d);
+    size_t reals = ecp_i_tree_reals(d), whole = (size_t)((most + 6) * (most + 7) - packed);
     ecp_i_carve_state(arena, w);
     ecp_i_carve_step(arena, d->max_bodies, d->max_shapes, d->max_patches, &s);
     ecp_i_carve_pairs(arena, d->max_patches, &s);
     ecp_i_carve_members(arena, d->max_patches, &s);
     for (i = 0; i < d->max_patches; i++) {
         ecp_i_carve_pair(arena, d->max_inequalities - 1, 1, NULL);
-        ecp_i_carve_block(arena, most, ECP_I_MOVERS, NULL);
+        if (ECP_I_PAIRS) {
+            ecp_i_carve_block(arena, most, ECP_I_MOVERS, NULL);
+            continue;
+        }
+        ecp_i_take_ints(arena, 3 * most);
+        ecp_i_take_reals(arena, packed, 1);
     }
+    /* the last block as a whole: the front comes after that */
+    if (!ECP_I_PAIRS && reals < whole) reals = whole;
     if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_SUBSTEPS) ecp_i_take(arena, w->state_bytes, 1); /* before */
     ecp_i_carve_vectors(arena, 6 * ecp_i_most_together(d) + most * d->max_patches, vectors);
     ecp_i_carve_tree(arena, ecp_i_most_together(d), &t, &g);

@@ -5254,7 +5254,7 @@ static void ecp_i_recover_slack(const ecp_i_pair *c, const ecp_real *dv_a, const
     }
 }
 
-/* of the step of a patch the unknown in column k, of a pivot (it takes the place of the right-hand side) or passed on */
+/* of a patch's step the unknown in column k: of a pivot, in the place of the right-hand side, or passed on */
 static ecp_real ecp_i_solved(const ecp_i_pair *c, int k)
 {
     return k < c->pivots ? c->block[c->columns * (k + 1) - 1] : c->left[k - c->pivots];
@@ -8745,8 +8745,9 @@ static int ecp_i_packed(int n, int pivots)
     return pivots * (n + 7) + left * 7 + 6 * (left + 7);
 }
 
-/* What it keeps at most beside what the front has for a patch, 14 reals for each unknown that is left (ecp_i_tree_reals):
-   together they grow or shrink with each pivot by the same, so with the fewest pivots, or with the most. */
+/* What it keeps at most beside what the front has for a patch, 14 reals for each unknown that is left
+   (ecp_i_tree_reals): together they grow or shrink by the same with each pivot, so the most is with the fewest pivots,
+   or with all. */
 static int ecp_i_most_packed(const ecp_world_desc *d)
 {
     int n = ecp_i_most_unknowns(d), left = ecp_i_most_left(d);

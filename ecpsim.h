@@ -140,7 +140,7 @@
    With options.sleep = 1 an island, a group of bodies that touch, is left out of the problem once a
    step has left it exactly as it was. It wakes when something that matters to it changes: a load on a
    body of it that is not zero, or a state that is not the one it has (ecp_body_set_state with NULLs
-   only wakes it and does nothing else), of what it lies on too; a shape or a filter of these; a body
+   only wakes it and does nothing else), of what it lies on too; a shape, a filter or a material of these; a body
    that is taken away, or whose motion may reach it within the step; gravity, h, or an option. A step
    that is left out would have given the same bits, so sleep changes no bit of any body or contact at
    any time: it only saves time. (So an island that takes iterations of a bounded number,
@@ -292,7 +292,7 @@ typedef double ecp_real;
 #endif
 
 /* Every result of a public call. Zero is success; a call that returns anything else has changed
-   nothing. ecp_status_string() gives the sentence. */
+   nothing but its report, and the vertex buffer of ecp_shape_polytope. ecp_status_string() gives the sentence. */
 #define ECP_STATUS_LIST(X)                                                                         \
     X(ECP_OK, 0, "success")                                                                        \
     X(ECP_NOT_SOLVED, -1, "the equations were not solved within the limits; all is as it was")     \
@@ -633,11 +633,11 @@ typedef enum ecp_body_kind {
 /* A body's frame has its origin at the centre of mass. */
 typedef struct ecp_body_desc {
     ecp_body_kind kind;
-    ecp_real mass;                /* kg; dynamic bodies only */
+    ecp_real mass;                /* kg; of dynamic bodies only, nobody looks at that of others */
     ecp_real inertia[9];          /* kg m^2, about the centre of mass, body axes, row major */
     ecp_real position[3];         /* of the centre of mass, m, world */
     ecp_real rotation[4];         /* quaternion (w, x, y, z), body to world; normalised for you */
-    ecp_real velocity[3];         /* of the centre of mass, m/s, world */
+    ecp_real velocity[3];         /* of the centre of mass, m/s, world; static bodies have none */
     ecp_real angular_velocity[3]; /* rad/s, world ("spatial angular velocity" of the paper) */
 } ecp_body_desc;
 
@@ -675,7 +675,8 @@ ECP_DEF ecp_material ecp_material_default(void);
    (NULL: none). The shape and the material (NULL: the default) are copied; what the shape points to
    (planes and vertices of a polytope, user data) is not and must outlive the world. The index, the
    lowest free one over all bodies, goes to *shape_index (if not NULL). Primitives of one body never
-   touch each other. */
+   touch each other. ECP_CAPACITY where the world is full, or one primitive has more inequalities than
+   the description allows for two. */
 ECP_DEF ecp_status ecp_body_add_shape(ecp_world *world, int body, const ecp_shape *shape,
                                       const ecp_real position[3], const ecp_real rotation[4],
                                       const ecp_material *material, int *shape_index);
@@ -691,8 +692,9 @@ ECP_DEF ecp_status ecp_body_set_state(ecp_world *world, int body, const ecp_real
                                       const ecp_real rotation[4], const ecp_real velocity[3],
                                       const ecp_real angular_velocity[3]);
 
-/* Loads on a dynamic body, in world axes, at a world point (NULL: the centre of mass). They add up,
-   act in the next step that succeeds (forces over its h, impulses at once) and are then cleared. */
+/* Loads on a dynamic body: forces (N), torques (N m) and impulses (N s, N m s) in world axes, at a world point (NULL:
+   the centre of mass). They add up, act in the next step that succeeds (forces over its h, impulses at once) and are
+   then cleared: of two shorter steps in place of one that was not solved, the second needs its forces again. */
 ECP_DEF ecp_status ecp_body_apply_force(ecp_world *world, int body, const ecp_real force[3],
                                         const ecp_real *point);
 ECP_DEF ecp_status ecp_body_apply_torque(ecp_world *world, int body, const ecp_real torque[3]);
@@ -701,7 +703,8 @@ ECP_DEF ecp_status ecp_body_apply_impulse(ecp_world *world, int body, const ecp_
 ECP_DEF ecp_status ecp_body_apply_angular_impulse(ecp_world *world, int body,
                                                   const ecp_real impulse[3]);
 
-/* The primitive with this index, its body, and its pose in the world; every pointer may be NULL. */
+/* The primitive with this index, its body, and its pose in the world: position, and the rotation as a 3 x 3 matrix,
+   row major. Every pointer may be NULL. */
 ECP_DEF ecp_status ecp_shape_get(const ecp_world *world, int shape_index, const ecp_shape **shape,
                                  int *body, ecp_real position[3], ecp_real rotation[9]);
 
@@ -763,8 +766,9 @@ typedef struct ecp_options {
     ecp_real tolerance; /* of the natural residual in scaled units: 1 is the momentum m vs, the
                            gap h vs and the velocity vs, where vs is the fastest free velocity,
                            or g h at rest. Rounding floors are added to it; in float normals are
-                           held closer where they can be (docs/numerics.md). */
-    int max_iterations; /* Newton iterations of one attempt; four times as many where its steps
+                           held closer where they can be (docs/numerics.md). More than 0; one that
+                           rounding does not reach is taken, the floors apply */
+    int max_iterations; /* 1 or more: Newton iterations of one attempt; four times as many where its steps
                            have to be damped, eight times in islands of two and more bodies
                            with 1500 unknowns and more */
     int max_total_iterations; /* of all attempts, islands, sub-steps and the centring together (but
@@ -782,8 +786,8 @@ typedef struct ecp_options {
     void *dump_user;
 } ecp_options;
 
-/* centred, 1e-12 (float: 1e-5), 40 iterations an attempt, no bound on all of them, all fallbacks that
-   there are (ECPSIM_FALLBACKS), no sleep, no dump. */
+/* centred (nearest with ECPSIM_NO_CENTRING), 1e-12 (float: 1e-5), 40 iterations an attempt, no bound on all of them,
+   all fallbacks that there are (ECPSIM_FALLBACKS), no sleep, no dump. */
 ECP_DEF ecp_options ecp_options_default(void);
 
 /* What a step did. */
@@ -853,7 +857,8 @@ typedef enum ecp_mode { ECP_APART, ECP_STICK, ECP_SLIP } ecp_mode;
 
 /* A patch at the end of the last step. */
 typedef struct ecp_contact {
-    int shape_a, shape_b; /* indices of the primitives */
+    int shape_a,
+        shape_b; /* indices of the primitives; B is the half-space, or has the higher index */
     int body_a, body_b;
     ecp_real point_a[3], point_b[3]; /* the ECP on both (a_1, a_2), m, world */
     ecp_real normal[3];              /* unit, from B to A: the direction in which p_n pushes A */
@@ -861,7 +866,9 @@ typedef struct ecp_contact {
     ecp_real gap;                            /* m, along the normal */
     ecp_real separation;        /* m, of A and B by their support functions along the normal:
                                        the certificate; any value >= 0 proves that they are apart */
-    ecp_real p_n, p_t, p_o;     /* impulses on A along normal and tangents, N s */
+    ecp_real p_n, p_t, p_o;     /* impulses on A along normal and tangents, N s (on B their
+                                       opposites): over h the mean force, where ecp_report.substeps
+                                       is 1; else they are of the last of these only */
     ecp_real p_r;               /* moment impulse on A about the normal, N m s */
     ecp_real sigma;             /* slip |(e_t v_t, e_o v_o, e_r w_n)|, m/s; zero unless it slips */
     ecp_real mu, e_t, e_o, e_r; /* the pair's friction */
@@ -904,9 +911,10 @@ ECP_DEF ecp_status ecp_dump(const ecp_world *world, ecp_real h, const ecp_option
    (ecp_body_apply_force, ecp_body_apply_torque), and sets the velocities of kinematic bodies. It must be a function
    of both alone, as base steps are repeated, and no impulses belong there: they would act in every base step.
    ecp_step, ecp_advance, ecp_dump and what adds or removes bodies and shapes are ECP_BAD_OPTION there; nothing else is
-   to be changed there either, which is not checked. It is seen at these times only: what comes and goes between two of
-   them is not there. While little moves they are seconds apart, so give a load that varies a longest_step, of a
-   fraction of what it takes. */
+   to be changed there either, which is not checked. Before a macro step is accepted it is also asked once more for all
+   of these times and that of its beginning, so that a load which begins or ends is found. It is seen at these times
+   only: what comes and goes between two of them is not there. While little moves they are seconds apart, so give a load
+   that varies a longest_step, of a fraction of what it takes. */
 typedef void (*ecp_load)(void *user, ecp_world *world, ecp_real time);
 
 typedef struct ecp_advance_options {

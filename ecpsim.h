@@ -10743,16 +10743,20 @@ static int ecp_i_last_course(const ecp_i_island *s)
     return course;
 }
 
-/* are all velocities below that limit, in units vs, but for noise: at the beginning of the step, or at its end? */
+/* Are all velocities below that limit, but for noise: at the beginning of the step, or at its end? The limit is in units
+   vs, but never more than of g h: a light body under a load makes vs large for all that it touches. Of noise the
+   beginning takes as much again at most: in short steps it is more than g h, and what falls must not begin at rest. */
 static int ecp_i_is_slow(const ecp_i_island *s, ecp_real limit, int end)
 {
+    ecp_real fall = limit * s->h * ecp_i_norm(s->world->desc.gravity);
     int i;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         const ecp_i_motion *m = ecp_i_mover(s, i);
         const ecp_real *v = end ? m->v : m->body->v;
         ecp_real noise =
-            end ? m->noise + m->jitter : ECP_I_POSE_ROUNDING * ECP_I_EPSILON * m->length / s->h;
-        ecp_real most = limit * m->speed + noise;
+            end ? m->noise + m->jitter
+                : ecp_i_min(ECP_I_POSE_ROUNDING * ECP_I_EPSILON * m->length / s->h, fall);
+        ecp_real most = ecp_i_min(limit * m->speed, fall) + noise;
         if (!(ecp_i_largest(3, v) <= most && m->length * ecp_i_largest(3, v + 3) <= most)) return 0;
     }
     return 1;

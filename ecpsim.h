@@ -829,9 +829,8 @@ typedef struct ecp_report {
     ecp_real largest_turn; /* max of h |w| over the bodies, rad. A step that turns a body by
                                     more than about 0.1 may have several solutions, of which the
                                     one nearest to the start is taken */
-    ecp_real
-        dropped; /* the largest velocity that a body of an island that comes to rest has begun the step
-                              without (docs/model.md), m/s, a turn times sqrt(trace I / mass); 0 where none has */
+    ecp_real dropped;   /* the largest velocity that a body has begun the step without, to come to
+                                    rest (docs/model.md), m/s; a turn times sqrt(trace I / mass) */
     size_t memory_used; /* high-water mark of the block, bytes */
 } ecp_report;
 
@@ -10743,8 +10742,8 @@ static int ecp_i_last_course(const ecp_i_island *s)
     return course;
 }
 
-/* Are all velocities below that limit, but for noise: at the beginning of the step, or at its end? The limit is in units
-   vs, but never more than of g h: a light body under a load makes vs large for all that it touches. Of noise the
+/* Are all velocities below that limit, but for noise: at the beginning of the step, or at its end? The limit is in
+   units vs, but never more than of g h: a light body under a load makes vs large for all that it touches. Of noise the
    beginning takes as much again at most: in short steps it is more than g h, and what falls must not begin at rest. */
 static int ecp_i_is_slow(const ecp_i_island *s, ecp_real limit, int end)
 {
@@ -12552,6 +12551,7 @@ static ecp_real ecp_i_unseen_load(ecp_i_advance *a, int column)
     const ecp_i_body *before = ecp_i_bodies(ecp_i_snapshot(a->saved));
     ecp_i_body *b = ecp_i_bodies(a->w);
     ecp_real h = a->H / (ecp_real)column, weight = 1, rounding = 4 * ECP_I_EPSILON, worst = 0;
+    ecp_real shortest = ecp_i_shortest_length(a);
     int i, j, k;
     for (j = 0; j <= column; j++) {
         for (i = 0; i < a->w->bodies; i++) {
@@ -12568,15 +12568,16 @@ static ecp_real ecp_i_unseen_load(ecp_i_advance *a, int column)
         rounding *= 2;
     }
     for (i = 0; i < a->w->bodies; i++) {
-        ecp_real d[6],
-            speed = ecp_i_max(ecp_i_speed_scale(a, before + i), ecp_i_speed_scale(a, b + i));
+        const ecp_real *sample = before[i].kind == ECP_KINEMATIC ? b[i].v : b[i].force;
+        ecp_real speed = ecp_i_max(ecp_i_speed_scale(a, before + i), ecp_i_speed_scale(a, b + i));
+        ecp_real d[6];
         for (k = 0; k < 6; k++) {
             ecp_real off = b[i].impulse[k];
-            d[k] = ecp_i_abs(off) > rounding * ecp_i_abs(b[i].force[k]) ? h * off : ECP_R(0);
+            d[k] = ecp_i_abs(off) > rounding * ecp_i_abs(sample[k]) ? h * off : ECP_R(0);
             b[i].impulse[k] = 0;
         }
         if (before[i].kind == ECP_KINEMATIC) {
-            ecp_i_worst(&worst, ecp_i_norm(d) / ecp_i_shortest_length(a));
+            ecp_i_worst(&worst, ecp_i_norm(d) / shortest);
             ecp_i_worst(&worst, ecp_i_norm(d + 3));
         } else if (before[i].kind == ECP_DYNAMIC && speed > 0) {
             ecp_i_spin_change(b + i, d + 3);

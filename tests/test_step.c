@@ -2559,7 +2559,7 @@ static void test_step_crates_fall(void)
     int free_of_gravity, k, i;
     for (free_of_gravity = 0; free_of_gravity < 2; free_of_gravity++) {
         double h = free_of_gravity ? 0.01 : 1e-4, push = 1e-3, before = 0, after = 0, expected;
-        int axis = free_of_gravity ? 0 : 2, steps = 200;
+        int axis = free_of_gravity ? 0 : 2, steps = free_of_gravity ? 100 : 200;
         ecp_world_desc d = ecp_world_desc_default();
         ecp_world *w;
         d.max_bodies = 9;
@@ -2588,9 +2588,9 @@ static void test_step_crates_fall(void)
             if (k < steps) CHECK(ecp_step(w, (ecp_real)h, NULL, NULL) == ECP_OK);
         }
         expected = steps * h * (free_of_gravity ? push : -9.8);
-        /* (in float the first pushes are within what gaps are granted) */
-        CHECK_NEAR(after - before, expected,
-                   (free_of_gravity ? test_by(0.01, 0.2) : 0.01) * fabs(expected));
+        /* (in float the ground pushes overlaps of a rounding unit out, and its friction slows what slides, by half a
+           hundredth in these steps) */
+        CHECK_NEAR(after - before, expected, 0.01 * fabs(expected));
         free(w);
     }
 }

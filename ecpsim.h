@@ -109,9 +109,9 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 59,444.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 59,492.
 
-       ECPSIM_NO_PAIRS     24,652  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     24,700  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
        ECPSIM_NO_FRICTION   4,904  contacts are smooth, whatever the materials say
        ECPSIM_NO_SLEEP      1,568  options.sleep = 1 is ECP_BAD_OPTION

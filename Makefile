@@ -19,7 +19,7 @@ CC ?= cc
 CFLAGS ?= -O2
 WARN = -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wdouble-promotion \
        -Wundef -Werror
-EXAMPLES = minimal table_translate table_rock table_spin push_stool contact_modes solve_mcp advance
+EXAMPLES = minimal hammer table_translate table_rock table_spin push_stool contact_modes solve_mcp advance
 
 run: $(EXAMPLES:%=build/%) build/table_translate_float
 	@cd build && ../examples/run.sh

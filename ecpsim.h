@@ -14,10 +14,22 @@
        >>shapes-api   primitives               >>motion       a body within a step
        >>world-api    memory, bodies, loads    >>equations    residual and Jacobian of a patch
        >>step-api     options, step, contacts  >>elimination  one Newton step of an island
-       >>advance-api  to a time, in tolerance  >>newton       the globalisation, the general solver
-       >>check-api    the paper's equations    >>distance     starts without a history
-       >>mcp-api      general solver           >>step         predict, solve, verify, commit
-                                               >>sleep        islands that repeat their last step
+       >>advance-api  to a time, in tolerance    >>order        in which bodies are eliminated
+       >>check-api    the paper's equations      >>front        factor and solve
+       >>mcp-api      general solver             >>island       unknowns and residual of all its bodies
+                                               >>newton       the globalisation
+                                               >>mcp          the general solver
+                                               >>distance     between two primitives
+                                               >>start        values of a patch without a history
+                                                 >>spots        the same, from several points
+                                               >>broad        what can meet within the step
+                                               >>step         predict, solve, verify, commit
+                                                 >>memory       where every block of it lies
+                                                 >>patches      which pairs are in the equations
+                                                 >>sleep        islands that repeat their last step
+                                                 >>solve        one island, fallback by fallback
+                                                 >>working-set  patches join as they are needed
+                                               >>contacts     what a step found, for the caller
                                                >>advance      extrapolation, events
                                                >>dump         a step as C source
                                                >>printed      the paper's equations, as a check
@@ -76,6 +88,20 @@
            free(world);
            return 0;
        }
+
+   A BODY OF SEVERAL PRIMITIVES (examples/hammer.c)
+   The frame of a body has its origin at the centre of mass. Draw the parts in any frame, add up their
+   masses there, and take the centre off where they are:
+
+       ecp_mass total, part;
+       memset(&total, 0, sizeof total);
+       for (i = 0; i < parts; i++) {
+           ecp_shape_mass(&shape[i], density[i], &part); // kg/m^3
+           ecp_mass_add(&total, &part, place[i], turn[i]); // turn: (w, x, y, z)
+       }
+       // body.mass = total.mass, body.inertia = total.inertia; then for each part, with
+       // position = place[i] - total.centre:
+       ecp_body_add_shape(world, index, &shape[i], position, turn[i], &material[i], NULL);
 
    OPTIONS
    ecp_step() takes ecp_options or NULL. `rule` chooses among the many solutions that a body on two
@@ -616,6 +642,7 @@ ECP_DEF ecp_status ecp_world_init(ecp_world **world, const ecp_world_desc *desc,
 /* The bytes at the start of the block that hold everything a snapshot needs. */
 ECP_DEF size_t ecp_world_state_size(const ecp_world *world);
 
+/* Changes the gravity (m/s^2, world frame) of all steps to come. */
 ECP_DEF ecp_status ecp_world_set_gravity(ecp_world *world, const ecp_real gravity[3]);
 
 /* One more than the highest index of a body, or of a shape, that is in the world. Indices that
@@ -779,7 +806,8 @@ typedef struct ecp_options {
     int fallbacks;            /* ECP_FALLBACK_... that may be used, or-ed */
     int sleep; /* 1: islands at rest are left out of the problem until something changes.
                                  It changes no bit of any body or contact, see SLEEP in the manual */
-    /* ecp_dump, or NULL: called for a step that ends in ECP_NOT_SOLVED, with these two */
+    /* ecp_dump, or NULL: called for a step that ends in ECP_NOT_SOLVED, with these two, of which
+       dump_write must not be NULL then (ECP_BAD_POINTER) */
     ecp_status (*dump)(const ecp_world *world, ecp_real h, const struct ecp_options *options,
                        void (*write)(void *user, const char *text), void *user);
     void (*dump_write)(void *user, const char *text);
@@ -797,11 +825,11 @@ typedef struct ecp_report {
     int asleep;       /* dynamic bodies that the step left out because they sleep; their islands
                              are counted nowhere else, their patches are */
     int patches_kept; /* pairs of primitives in the problem, or asleep */
-    int patches_left_out; /* all others (filters aside; about INT_MAX if there are more): they cannot touch within
-                             the step, or touch at a corner (edge along edge, vertex to vertex), carried
+    int patches_left_out; /* all others (about INT_MAX if there are more): a filter parts them, they cannot
+                             touch within the step, or touch at a corner (edge along edge, vertex to vertex), carried
                              nothing in the last step and do not overlap after this one; or they were
                              left out by ECP_FALLBACK_WORKING_SET and do not overlap */
-    int islands;    /* groups of bodies that touch, each solved by itself */
+    int islands;          /* groups of bodies that touch, each solved by itself */
     int iterations; /* Newton iterations, all attempts. Where bodies meet they are repeated with
                             the elimination they have, which `evaluations` alone counts */
     int centring_rounds; /* of the rule ECP_CENTRED */
@@ -1055,7 +1083,10 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
 #define ECPSIM_SQRT sqrt
 #endif
 #endif
-#if !defined(ECPSIM_MEMCPY) || !defined(ECPSIM_MEMSET)
+#if defined(ECPSIM_MEMCPY) != defined(ECPSIM_MEMSET)
+#error "ecpsim.h: define both of ECPSIM_MEMCPY and ECPSIM_MEMSET, or none"
+#endif
+#ifndef ECPSIM_MEMCPY
 #include <string.h>
 #define ECPSIM_MEMCPY memcpy
 #define ECPSIM_MEMSET memset
@@ -7303,6 +7334,7 @@ static ecp_status ecp_i_check_options(const ecp_options *o)
         (o->fallbacks & ~(ECPSIM_FALLBACKS))) {
         return ECP_BAD_OPTION;
     }
+    if (o->dump && !o->dump_write) return ECP_BAD_POINTER;
     if (o->sleep != 0 && o->sleep != ECP_I_SLEEP) return ECP_BAD_OPTION;
     return (ECP_I_CENTRING && o->rule == ECP_CENTRED) || o->rule == ECP_NEAREST ? ECP_OK
                                                                                 : ECP_BAD_OPTION;

@@ -10,6 +10,7 @@ show() {
 }
 
 show 'A box dropped on a plane' minimal
+show 'A hammer: a body of two primitives, on an edge of its head and the end of its handle' hammer
 show 'Example 1: a table slides to rest, against the exact solution' table_translate table_translate_float
 show 'Example 2: a table is hit, tilts on one leg and rocks back; five initial guesses' table_rock
 show 'Example 3: a table of two legs slides and turns; five initial guesses' table_spin

@@ -246,6 +246,7 @@ test_symbols() {
     check 'with nothing of the C library' symbols -DECPSIM_SQRT=my_sqrt -DECPSIM_MEMCPY=my_memcpy \
         -DECPSIM_MEMSET=my_memset '-DECPSIM_ASSERT(x)=((void)(x))' -include "$out/my.h"
     check 'it needs ours instead' only U '^my_(sqrt|memcpy|memset)$'
+    check 'memcpy without memset is refused' refuse symbols -DECPSIM_MEMCPY=my_memcpy -include "$out/my.h"
 
     # a primitive that is not constructed is not in the program
     object first main "$cc" -std=c99 -O0 -fno-pic -ffunction-sections -fdata-sections \
@@ -321,6 +322,7 @@ bar() { check "$1 $2 $3 $4" compare "$(number "$1" "$2")" "$3" "$4"; }
 test_example_results() {
     check 'make run' make -s run
     cp "$out/check.log" "$out/run.log"
+    bar hammer load_N '==' "$(number hammer weight_N)"
     bar example1 steps '>=' 426
     bar example1 max_position_error_m '<=' 1e-12
     bar example1 max_impulse_error_Ns '<=' 1e-12

@@ -234,6 +234,16 @@ static double exponent(const curve *c)
     return (n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
 
+/* a figure of the last line; a run with a filter has not measured all of them */
+static void figure(const char *name, double value)
+{
+    if (isfinite(value)) {
+        printf(" %s=%.3f", name, value);
+    } else {
+        printf(" %s=-", name);
+    }
+}
+
 /* the time at this size, NAN if it was not measured */
 static double time_of(const curve *c, double size)
 {
@@ -281,9 +291,13 @@ int main(int argc, char **argv)
         measure(names[i], "asleep", open, 200, 1, SLEEP, 100, 10000, sleep);
     }
     worse = fmax(exponent(rest + 2), exponent(moved + 2));
-    printf("scale: exponent_patches=%.3f exponent_stack=%.3f exponent_grid=%.3f exponent_pile=%.3f "
-           "us_cube_at_rest=%.3f us_stack10_settled=%.3f\n",
-           exponent(moved), exponent(moved + 1), worse, exponent(moved + 3), time_of(rest + 2, 1),
-           time_of(rest + 1, 10));
+    printf("scale:");
+    figure("exponent_patches", exponent(moved));
+    figure("exponent_stack", exponent(moved + 1));
+    figure("exponent_grid", worse);
+    figure("exponent_pile", exponent(moved + 3));
+    figure("us_cube_at_rest", time_of(rest + 2, 1));
+    figure("us_stack10_settled", time_of(rest + 1, 10));
+    puts("");
     return 0;
 }

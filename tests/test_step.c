@@ -2169,6 +2169,7 @@ static void test_step_dump(void)
     o.max_iterations = 1;
     o.fallbacks = 0;
     o.dump = ecp_dump;
+    CHECK(ecp_step(world, ECP_R(0.01), &o, NULL) == ECP_BAD_POINTER);
     o.dump_write = test_write;
     o.dump_user = test_dumps;
     before = test_copy_world(world);

@@ -938,8 +938,8 @@ ECP_DEF ecp_status ecp_dump(const ecp_world *world, ecp_real h, const ecp_option
    (ecp_body_apply_force, ecp_body_apply_torque), and sets the velocities of kinematic bodies. It must be a function
    of both alone, as base steps are repeated, and no impulses belong there: they would act in every base step.
    ecp_step, ecp_advance, ecp_dump and what adds or removes bodies and shapes are ECP_BAD_OPTION there; nothing else is
-   to be changed there either, which is not checked. Before a macro step is accepted it is also asked once more for all
-   of these times and that of its beginning, so that a load which begins or ends is found. It is seen at these times
+   to be changed there either, which is not checked. It is also asked as a macro step begins, and once more for all of
+   these times and that of the beginning before one is accepted, so that a load which begins or ends is found. It is seen at these times
    only: what comes and goes between two of them is not there. While little moves they are seconds apart, so give a load
    that varies a longest_step, of a fraction of what it takes. */
 typedef void (*ecp_load)(void *user, ecp_world *world, ecp_real time);
@@ -948,7 +948,8 @@ typedef struct ecp_advance_options {
     ecp_real tolerance;  /* what the error of one macro step may be: in positions and turns
                             tolerance times L = sqrt(trace I / mass) of the body (of a kinematic
                             one: the shortest L, or 1 m), and tolerance (rad); in velocities
-                            tolerance times the largest of |v|, L |w| and sqrt(|g| L) */
+                            tolerance times the largest of |v|, L |w| and sqrt(a L), where a is
+                            the largest acceleration by gravity or a load, of any body */
     ecp_real macro_step; /* s; 0: chosen. Else this pace is kept (the last one is shorter), with
                             `order`, and the tolerance is only the unit of the error reported */
     int order;           /* the highest, from 2 to ecp_world_desc.advance_order; 0: that one */
@@ -8849,6 +8850,7 @@ typedef struct ecp_i_advance {
     ecp_i_phase *last, *now, *here; /* of the last base step so far, of this macro step, of one */
     int last_count, now_count;
     ecp_real t, H;
+    ecp_real push;     /* the largest acceleration by gravity or loads, as the macro step begins */
     int changed;       /* the phases are not the same in all base steps */
     int brief;         /* something changes at the beginning that only a brief macro step shows */
     int impact;        /* and something, without a trace in the forces, that need not be brief */
@@ -11595,7 +11597,7 @@ static ecp_real ecp_i_cone_miss(const ecp_i_advance *a, const ecp_shape *shape, 
 
 static ecp_real ecp_i_speed_scale(const ecp_i_advance *a, const ecp_i_body *b)
 {
-    ecp_real s = ecp_i_sqrt(ecp_i_norm(a->w->desc.gravity) * b->length);
+    ecp_real s = ecp_i_sqrt(a->push * b->length);
     s = ecp_i_max(s, ecp_i_norm(b->v));
     return ecp_i_max(s, b->length * ecp_i_norm(b->v + 3));
 }
@@ -13027,6 +13029,24 @@ static int ecp_i_impact_alone(ecp_i_advance *a)
     return 0;
 }
 
+/* Saves the state in which a macro step begins, and notes what accelerates bodies there: without gravity, what loads
+   do to one that hardly moves is the only scale of its velocities. Turns count by their lengths. */
+static void ecp_i_save(ecp_i_advance *a)
+{
+    ecp_i_body *b = ecp_i_bodies(a->w);
+    int i;
+    ECPSIM_MEMCPY(a->saved, a->w, a->w->state_bytes);
+    ecp_i_load_at(a, a->t);
+    a->push = ecp_i_norm(a->w->desc.gravity);
+    for (i = 0; i < a->w->bodies; i++) {
+        if (b[i].kind != ECP_DYNAMIC) continue;
+        ecp_i_spin_change(b + i, b[i].force + 3);
+        ecp_i_raise(&a->push, ecp_i_norm(b[i].force) / b[i].mass);
+        ecp_i_raise(&a->push, ecp_i_norm(b[i].force + 3) * b[i].length);
+    }
+    ECPSIM_MEMCPY(a->w, a->saved, a->w->state_bytes);
+}
+
 /* macro steps of one length and order, whatever the error */
 static ecp_status ecp_i_advance_paced(ecp_i_advance *a, ecp_real duration)
 {
@@ -13037,7 +13057,7 @@ static ecp_status ecp_i_advance_paced(ecp_i_advance *a, ecp_real duration)
         /* (no sliver at the end) */
         a->H = a->o.macro_step < left * ECP_R(0.9999) ? a->o.macro_step : left;
         if (a->o.max_solves > 0 && a->r->solves >= a->o.max_solves) return ECP_NOT_SOLVED;
-        ECPSIM_MEMCPY(a->saved, a->w, a->w->state_bytes);
+        ecp_i_save(a);
         a->changed = a->brief = a->impact = 0;
         a->nearest = a->H;
         for (j = 1; j <= a->o.order && status == ECP_OK; j++) {
@@ -13174,16 +13194,16 @@ static ecp_status ecp_i_advance_to(ecp_i_advance *a, ecp_real duration)
     ecp_i_patience patience = {0, 0};
     ecp_status status = ECP_OK;
     ECPSIM_MEMSET(&p, 0, sizeof p);
+    ecp_i_save(a);
     ecp_i_pace_begin(a, &p);
     p.smooth = p.H;
-    while (a->t < duration) {
+    for (; a->t < duration; ecp_i_save(a)) {
         ecp_i_outcome outcome;
         /* (and no shorter than what is a step in time at all, so far) */
         ecp_real now = ecp_i_max(a->t, ecp_i_min(ecp_i_first_length(a), duration));
         ecp_real least = ecp_i_max(ecp_i_floor(a, &patience), ECP_I_EPSILON * now);
         int forced, solves = a->r->solves;
         if (a->o.max_solves > 0 && solves >= a->o.max_solves) return ECP_NOT_SOLVED;
-        ECPSIM_MEMCPY(a->saved, a->w, a->w->state_bytes);
         ecp_i_pace_choose(a, &p, least, duration);
         forced = a->H <= least;
         if (ecp_i_pace_tries_impact(a, &p, forced)) {

@@ -555,6 +555,48 @@ static void advance_thrust(void)
     }
 }
 
+/* 1 N down, and *user along, which grows */
+static void advance_pressed(void *user, ecp_world *w, ecp_real time)
+{
+    const ecp_real *along = (const ecp_real *)user;
+    ecp_real f[3] = {0, 0, -1};
+    f[0] = *along * (1 + ECP_R(0.3) * time);
+    CHECK(ecp_body_apply_force(w, 1, f, NULL) == ECP_OK);
+}
+
+/* Without gravity, a box that a load presses on the ground, mu = 1/2, and that hardly moves: its velocities are measured
+   by what the load would do to it. By themselves they would be so small that nothing is within the tolerance. 0.16 N
+   at the end stop and hold it; 1 N pushes it on; the load of one call, and one by a callback. */
+static void advance_slow_load(void)
+{
+    static const double speeds[5] = {1e-2, 1e-4, 1e-6, 1e-9, 0}, along[2] = {0.1, 1};
+    const ecp_real none[3] = {0, 0, 0};
+    int i, k, called;
+    for (i = 0; i < 5; i++) {
+        for (k = 0; k < 4; k++) {
+            for (called = 0; called < 2; called++) {
+                ecp_world *w = advance_scene(6, 0.5, 0, 0.05);
+                ecp_advance_options o = advance_options(k < 2 ? 1e-6 : 1e-9, 1e-3);
+                ecp_advance_report r;
+                ecp_real v[3] = {0, 0, 0}, f[3] = {0, 0, -1}, push = (ecp_real)along[k % 2];
+                double end = k % 2 ? speeds[i] + 2 + (called ? 0.6 : 0) - 1 : 0;
+                v[0] = (ecp_real)speeds[i];
+                f[0] = push;
+                CHECK(ecp_world_set_gravity(w, none) == ECP_OK);
+                CHECK(ecp_body_set_state(w, 1, NULL, NULL, v, NULL) == ECP_OK);
+                o.load = called ? advance_pressed : NULL;
+                o.load_user = &push;
+                if (!called) CHECK(ecp_body_apply_force(w, 1, f, NULL) == ECP_OK);
+                CHECK(ecp_advance(w, 2, &o, &r) == ECP_OK);
+                CHECK(r.forced == 0 && r.solves < 300);
+                ecp_body_get_state(w, 1, NULL, NULL, v, NULL);
+                CHECK_NEAR(v[0], end, test_by(1e-9, 1e-3));
+                free(w);
+            }
+        }
+    }
+}
+
 /* A box that slides to rest has done so, however long it is followed. */
 static void advance_for_ages(void)
 {
@@ -1373,6 +1415,7 @@ static void test_advance_section(void)
     advance_landing();
     advance_loads();
     advance_thrust();
+    advance_slow_load();
     advance_for_ages();
     advance_peaks();
     advance_driven();

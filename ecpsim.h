@@ -939,9 +939,9 @@ ECP_DEF ecp_status ecp_dump(const ecp_world *world, ecp_real h, const ecp_option
    of both alone, as base steps are repeated, and no impulses belong there: they would act in every base step.
    ecp_step, ecp_advance, ecp_dump and what adds or removes bodies and shapes are ECP_BAD_OPTION there; nothing else is
    to be changed there either, which is not checked. It is also asked as a macro step begins, and once more for all of
-   these times and that of the beginning before one is accepted, so that a load which begins or ends is found. It is seen at these times
-   only: what comes and goes between two of them is not there. While little moves they are seconds apart, so give a load
-   that varies a longest_step, of a fraction of what it takes. */
+   these times and that of the beginning before one is accepted, so that a load which begins or ends is found. It is
+   seen at these times only: what comes and goes between two of them is not there. While little moves they are seconds
+   apart, so give a load that varies a longest_step, of a fraction of what it takes. */
 typedef void (*ecp_load)(void *user, ecp_world *world, ecp_real time);
 
 typedef struct ecp_advance_options {

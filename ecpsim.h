@@ -10776,10 +10776,29 @@ static int ecp_i_last_course(const ecp_i_island *s)
     return course;
 }
 
-/* Are all velocities below that limit, but for noise: at the beginning of the step, or at its end? The limit is in
-   units vs, but never more than of g h: a light body under a load makes vs large for all that it touches. Of noise the
-   beginning takes as much again at most: in short steps it is more than g h, and what falls must not begin at rest. */
-static int ecp_i_is_slow(const ecp_i_island *s, ecp_real limit, int end)
+/* The frame in which bodies come to rest: that of a belt or a lift that carries all of them, which goes on as it does.
+   The world's, where what they touch has several velocities, or turns. */
+static void ecp_i_find_carrier(const ecp_i_island *s, ecp_real carrier[3])
+{
+    const ecp_i_motion *first = NULL;
+    int i;
+    ECPSIM_MEMSET(carrier, 0, 3 * sizeof(ecp_real));
+    for (i = 0; i < s->pair_count; i++) {
+        const ecp_i_pair *c = s->pairs[i];
+        const ecp_i_motion *m = c->ma->dynamic ? c->mb : c->ma;
+        if (m->dynamic) continue;
+        if (!first) first = m;
+        if (!ecp_i_equal(m->body->v, first->body->v) || ecp_i_largest(3, m->body->v + 3) > 0)
+            return;
+    }
+    if (first) ecp_i_copy3(first->body->v, carrier);
+}
+
+/* Are all velocities below that limit, but for noise: at the beginning of the step, or at its end? Those in the frame
+   that carries the island. The limit is in units vs, but never more than of g h: a light body under a load makes vs
+   large for all that it touches. Of noise the beginning takes as much again at most: in short steps it is more than g
+   h, and what falls must not begin at rest. */
+static int ecp_i_is_slow(const ecp_i_island *s, const ecp_real carrier[3], ecp_real limit, int end)
 {
     ecp_real fall = limit * s->h * ecp_i_norm(s->world->desc.gravity);
     int i;
@@ -10789,14 +10808,17 @@ static int ecp_i_is_slow(const ecp_i_island *s, ecp_real limit, int end)
         ecp_real noise =
             end ? m->noise + m->jitter
                 : ecp_i_min(ECP_I_POSE_ROUNDING * ECP_I_EPSILON * m->length / s->h, fall);
-        ecp_real most = ecp_i_min(limit * m->speed, fall) + noise;
-        if (!(ecp_i_largest(3, v) <= most && m->length * ecp_i_largest(3, v + 3) <= most)) return 0;
+        ecp_real most = ecp_i_min(limit * m->speed, fall) + noise, slides[3];
+        ecp_i_sub(v, carrier, slides);
+        if (!(ecp_i_largest(3, slides) <= most && m->length * ecp_i_largest(3, v + 3) <= most))
+            return 0;
     }
     return 1;
 }
 
-/* takes the momentum that the bodies begin the step with off what moves them; or not, as it was */
-static void ecp_i_drop_momentum(ecp_i_island *s, int drop)
+/* takes the momentum that the bodies begin the step with, in the frame that carries them, off what moves them; or not,
+   as it was */
+static void ecp_i_drop_momentum(ecp_i_island *s, const ecp_real carrier[3], int drop)
 {
     int i, k;
     s->rests = drop;
@@ -10804,7 +10826,10 @@ static void ecp_i_drop_momentum(ecp_i_island *s, int drop)
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
         ecp_real v[6], momentum[6];
-        for (k = 0; k < 6; k++) v[k] = drop ? m->body->v[k] + m->body->v_carry[k] : ECP_R(0);
+        for (k = 0; k < 6; k++) {
+            v[k] = k < 3 ? m->body->v[k] - carrier[k] : m->body->v[k];
+            v[k] = drop ? v[k] + m->body->v_carry[k] : ECP_R(0);
+        }
         ecp_i_raise(&s->dropped, ecp_i_norm(v));
         ecp_i_raise(&s->dropped, m->length * ecp_i_norm(v + 3));
         ecp_i_scale(m->mass, v, momentum);
@@ -10824,23 +10849,25 @@ static int ecp_i_come_to_rest(ecp_i_island *s, ecp_i_problem *p, const ecp_optio
                               ecp_real *z, ecp_i_effort *effort)
 {
     ecp_options quick = *o;
+    ecp_real carrier[3];
     int solved, most = effort->most, bound = effort->iterations + ECP_I_RESTING_IN_ALL;
-    if (s->body_count < 2 || !(s->course & (ECP_I_LABOURED | ECP_I_RESTED)) ||
-        s->world->advancing || !ecp_i_is_slow(s, ECP_I_SLOW, 0))
+    if (s->body_count < 2 || !(s->course & (ECP_I_LABOURED | ECP_I_RESTED)) || s->world->advancing)
         return 0;
+    ecp_i_find_carrier(s, carrier);
+    if (!ecp_i_is_slow(s, carrier, ECP_I_SLOW, 0)) return 0;
     if (quick.max_iterations > ECP_I_RESTING) quick.max_iterations = ECP_I_RESTING;
     quick.fallbacks &= ECP_FALLBACK_WORKING_SET;
     if (most > bound) effort->most = bound;
     p->calm = 1;
-    ecp_i_drop_momentum(s, 1);
+    ecp_i_drop_momentum(s, carrier, 1);
     solved = ecp_i_attempt(p, p->start(s, 0, z), &quick, z, effort) && ecp_i_island_valid(s) &&
-             ecp_i_is_slow(s, ECP_I_SLOW, 1);
+             ecp_i_is_slow(s, carrier, ECP_I_SLOW, 1);
     p->calm = 0;
     if (most > bound) effort->most = most;
     if (solved)
-        *course = ecp_i_is_slow(s, o->tolerance, 1) ? ECP_I_RESTED : ECP_I_LABOURED;
+        *course = ecp_i_is_slow(s, carrier, o->tolerance, 1) ? ECP_I_RESTED : ECP_I_LABOURED;
     else
-        ecp_i_drop_momentum(s, 0);
+        ecp_i_drop_momentum(s, carrier, 0);
     return solved;
 }
 

@@ -858,7 +858,7 @@ typedef struct ecp_report {
                                     more than about 0.1 may have several solutions, of which the
                                     one nearest to the start is taken */
     ecp_real dropped;   /* the largest velocity that a body has begun the step without, to come to
-                                    rest (docs/model.md), m/s; a turn times sqrt(trace I / mass) */
+                                    rest on what carries it (docs/model.md), m/s; a turn times sqrt(trace I / mass) */
     size_t memory_used; /* high-water mark of the block, bytes */
 } ecp_report;
 

@@ -2683,14 +2683,14 @@ static void test_step_crates(void)
     }
 }
 
-/* The same on belts and lifts: they come to rest in the frame of what carries them. In the world's they never did, and
-   crates on a belt took up to 40,000 iterations in a step. Velocity along and up, and layers. In no step of the second
-   half, on average, more iterations than make a step laboured. (In float on lifts the rounding of where they are makes
-   a jam of two layers in most steps, as ever.) */
+/* The same on belts and lifts: they come to rest in the frame of what carries them. In the world's they never did.
+   Velocity along and up, and layers. In the second half, on average, no more iterations than make a step laboured.
+   (Not so with two layers on a lift: in float the rounding of where they are makes a jam of most steps, as ever, and in
+   double at 0.2 m/s of some.) */
 static void test_step_crates_carried(void)
 {
     static const double carriers[2][4][3] = {{{0.1, 0, 2}, {0, 0.2, 3}, {0.5, 0, 2}, {0.1, 0, 3}},
-                                             {{0.1, 0, 2}, {0, 0.2, 1}, {0.5, 0, 2}, {0, 0.2, 1}}};
+                                             {{0.1, 0, 2}, {0, 0.2, 1}, {0.5, 0, 2}, {0.1, 0, 1}}};
     int is_double = sizeof(ecp_real) == sizeof(double), scene, i, k, iterations;
     for (scene = 0; scene < 4; scene++) {
         const double *c = carriers[is_double ? 0 : 1][scene];

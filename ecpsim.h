@@ -8823,7 +8823,7 @@ static size_t ecp_i_tree_reals(const ecp_world_desc *d)
 typedef struct ecp_i_phase {
     int shape_a, shape_b;
     ecp_mode mode;
-    int turns_over;        /* it will be another part of the primitive that carries */
+    int no_lead;           /* the columns begin without a lead-in of it */
     uint64_t faces[2];     /* which multipliers are on, of A and of B (beyond 64: folded) */
     ecp_real a[3], N[3];   /* the ECP in the frame of A; the normal */
     ecp_real friction[4];  /* its impulse, and its moment about the normal */
@@ -8850,6 +8850,7 @@ typedef struct ecp_i_advance {
     ecp_i_phase *last, *now, *here; /* of the last base step so far, of this macro step, of one */
     int last_count, now_count;
     ecp_real t, H;
+    ecp_real lead;     /* 1: ahead, -1: back; see ecp_i_lead_in */
     ecp_real push;     /* the largest acceleration by gravity or loads, as the macro step begins */
     int changed;       /* the phases are not the same in all base steps */
     int brief;         /* something changes at the beginning that only a brief macro step shows */
@@ -12054,46 +12055,91 @@ static void ecp_i_forces(const ecp_world *w, ecp_real h, ecp_real *row)
     }
 }
 
-/* A base step of the length h ends with its gaps closed. From velocities that keep them closed at the
-   instant, a first base step has to turn to that, by a force that does not vanish with h where the
-   contact moves on a curve (an edge that a body turns about), and friction follows that force. So a
-   column begins with velocities that differ by as much from the state's, in proportion to h. What a
-   contact on a curve leaves is of the second order in h. Where it is of the first, another part of the
-   primitive will carry (the far side of a disc that falls flat): that is an impact's to settle. */
+/* The gap of a patch on a half-space at rest a time s from now (s < 0: ago), its body going on as it does now, and not
+   turning otherwise; n into the half-space, the contact from the body's centre of mass there. */
+static ecp_real ecp_i_gap_after(const ecp_world *w, const ecp_i_phase *f, ecp_real s, ecp_real n[3],
+                                ecp_real at[3], ecp_real *rounding)
+{
+    const ecp_i_part *part = ecp_i_parts(w) + f->shape_a;
+    const ecp_i_body *b = ecp_i_bodies(w) + part->body;
+    const ecp_real none[3] = {0, 0, 0};
+    ecp_real q[4], gap;
+    ecp_i_posed A, B;
+    ecp_quat_advance(b->q, b->v + 3, s, q);
+    ecp_i_pose_part(part, q, none, &A);
+    ecp_i_pose_of(w, f->shape_b, b->x, &B);
+    ecp_i_axpy(B.x, -s, b->v, B.x);
+    gap = ecp_i_place(&A, &B, f->a, n, at);
+    *rounding = 32 * ECP_I_EPSILON * (ecp_i_norm(B.x) + ecp_i_norm(at));
+    return gap;
+}
+
+/* Which way the columns of this macro step take their lead-in, and which patches are without. What a contact on a curve
+   leaves of a gap is of the second order in H, back as ahead. Where one of them is of the first, another part of the
+   primitive has carried, or will: a table that has just tipped on to a rim, a disc that falls flat. */
+static void ecp_i_lead_which_way(ecp_i_advance *a)
+{
+    ecp_world *w = a->w;
+    ecp_real n[3], at[3], rounding;
+    int i;
+    a->lead = -1;
+    for (i = 0; i < a->last_count; i++) {
+        ecp_i_phase *f = a->last + i;
+        ecp_real back, ahead;
+        f->no_lead = ecp_i_parts(w)[f->shape_b].shape.kind != ECP_HALF_SPACE ||
+                     ecp_i_body_of(w, f->shape_b)->kind != ECP_STATIC;
+        if (f->no_lead) continue;
+        back = ecp_i_abs(ecp_i_gap_after(w, f, -a->H, n, at, &rounding));
+        ahead = ecp_i_abs(ecp_i_gap_after(w, f, a->H, n, at, &rounding));
+        if (back > 2 * ahead + rounding) a->lead = 1;
+    }
+    for (i = 0; i < a->last_count; i++) {
+        ecp_i_phase *f = a->last + i;
+        const ecp_i_body *b = ecp_i_body_of(w, f->shape_a);
+        ecp_real turn = a->H * ecp_i_norm(b->v + 3), gap, least;
+        if (f->no_lead) continue;
+        gap = ecp_i_gap_after(w, f, a->lead * a->H, n, at, &rounding);
+        least = a->H * a->o.tolerance * ecp_i_speed_scale(a, b);
+        f->no_lead = ecp_i_abs(gap) > 16 * turn * turn * b->length + least;
+    }
+}
+
+/* A base step of the length h ends with its gaps closed, so it begins, but for a column's first one, with the velocity
+   of a way from closed gaps to closed gaps. From velocities that keep them closed at the instant the first one would
+   have another force than those that follow, by a half of what the contact's curve takes (an edge that a body turns
+   about), whatever h, and friction follows that force. So a column begins with velocities whose way back closes the
+   gaps: they differ from the state's in proportion to h. (With those whose way ahead does, the first force is without
+   the curve: a body that spins fast was free in each first base step, as that is what holds it down.) Sideways what
+   sticks has no other velocity than before. Where another part of the primitive has carried on the way back, the
+   difference is taken from the way ahead, the other way round. */
 static void ecp_i_lead_in(ecp_i_advance *a, ecp_real h)
 {
     ecp_world *w = a->w;
-    ecp_real none[3] = {0, 0, 0};
-    int sweep, i;
-    for (sweep = 0; sweep < 10; sweep++) {
-        ecp_real worst = 0;
-        for (i = 0; i < a->last_count; i++) {
-            ecp_i_phase *f = a->last + i;
-            const ecp_i_part *part = ecp_i_parts(w) + f->shape_a;
-            ecp_i_body *b = ecp_i_bodies(w) + part->body;
-            ecp_real q[4], n[3], at[3], v[3], gap, turn = h * ecp_i_norm(b->v + 3);
-            ecp_i_posed A, B;
-            ecp_i_pose_of(w, f->shape_b, b->x, &B);
-            if (B.shape->kind != ECP_HALF_SPACE ||
-                ecp_i_body_of(w, f->shape_b)->kind != ECP_STATIC) {
-                continue;
-            }
-            ecp_quat_advance(b->q, b->v + 3, h, q);
-            ecp_i_pose_part(part, q, none, &A);
-            /* (in the frame of the body at the end) */
-            ecp_i_axpy(B.x, -h, b->v, B.x);
-            gap = ecp_i_place(&A, &B, f->a, n, at);
-            if (sweep == 0 && h >= a->H) {
-                ecp_real rounding = h * a->o.tolerance * ecp_i_speed_scale(a, b);
-                f->turns_over = ecp_i_abs(gap) > 16 * turn * turn * b->length + rounding;
-            }
-            if (f->turns_over) continue;
-            if (ecp_i_abs(gap) <= 32 * ECP_I_EPSILON * (ecp_i_norm(B.x) + ecp_i_norm(at))) continue;
-            ecp_i_scale(-gap / h, n, v);
-            ecp_i_stop_point(b, at, 1, n, v);
-            worst = ecp_i_max(worst, ecp_i_abs(gap / h) / ecp_i_speed_scale(a, b));
+    const ecp_i_body *before = ecp_i_bodies(ecp_i_snapshot(a->saved));
+    ecp_real d[9], at[3], v[3], s, rounding, worst = 1;
+    int sweep, i, k;
+    if (h >= a->H) ecp_i_lead_which_way(a);
+    s = a->lead * h;
+    for (sweep = 0; sweep < 10 && worst > 4 * ECP_I_EPSILON; sweep++) {
+        for (i = 0, worst = 0; i < a->last_count; i++) {
+            const ecp_i_phase *f = a->last + i;
+            ecp_i_body *b = ecp_i_bodies(w) + ecp_i_parts(w)[f->shape_a].body;
+            ecp_real gap;
+            if (f->no_lead) continue;
+            gap = ecp_i_gap_after(w, f, s, d, at, &rounding);
+            if (ecp_i_abs(gap) <= rounding) continue;
+            ecp_i_plane_axes(d, d + 3, d + 6);
+            ecp_i_scale(-gap / s, d, v);
+            ecp_i_stop_point(b, at, f->mode == ECP_STICK ? 3 : 1, d, v);
+            worst = ecp_i_max(worst, ecp_i_abs(gap / s) / ecp_i_speed_scale(a, b));
         }
-        if (!(worst > 4 * ECP_I_EPSILON)) return;
+    }
+    for (i = 0; a->lead > 0 && i < w->bodies; i++) {
+        ecp_i_body *b = ecp_i_bodies(w) + i;
+        for (k = 0; k < 6; k++) {
+            ecp_real by = (before[i].v[k] - b->v[k]) + (before[i].v_carry[k] - b->v_carry[k]);
+            ecp_i_add_carried(b->v + k, b->v_carry + k, 2 * by);
+        }
     }
 }
 
@@ -12217,7 +12263,19 @@ static void ecp_i_add_changes(ecp_i_advance *a, const ecp_real *row)
     }
 }
 
-/* Gaps and points of the contacts at the pose of the world. Returns the largest violation: overlap, or
+/* The normal n of two primitives, out of A, at these poses, from one before: if it shows more of their distance. Along
+   one that is off by an angle they seem to overlap by half its square of their size, and to press there moves them
+   aside. */
+static void ecp_i_renew_normal(const ecp_i_posed *A, const ecp_i_posed *B, ecp_real n[3])
+{
+    ecp_real now[3], at_a[3], at_b[3];
+    ecp_i_copy3(n, now);
+    if (!(ecp_i_distance(A, B, at_a, at_b, now) > 0)) ecp_i_overlap(A, B, now);
+    if (ecp_i_dot(now, n) > ECP_R(0.5) && ecp_i_separation(A, B, now) > ecp_i_separation(A, B, n))
+        ecp_i_copy3(now, n);
+}
+
+/* Gaps, normals and points of the contacts at the pose of the world. Returns the largest violation: overlap, or
    a gap under load, beyond its rounding error. */
 static ecp_real ecp_i_refresh_contacts(ecp_i_advance *a)
 {
@@ -12235,10 +12293,11 @@ static ecp_real ecp_i_refresh_contacts(ecp_i_advance *a)
         ecp_i_scale(-1, c->normal, n);
         if (B.shape->kind == ECP_HALF_SPACE) {
             c->separation = ecp_i_plane_gap(&A, &B, 0, n, at);
-            ecp_i_scale(-1, n, c->normal);
         } else {
+            ecp_i_renew_normal(&A, &B, n);
             c->separation = ecp_i_separation(&A, &B, n);
         }
+        ecp_i_scale(-1, n, c->normal);
         ecp_i_mul(A.Q, ecp_i_patches(w)[i].a, at);
         ecp_i_add(at, A.x, at);
         ecp_i_add(at, ba->x, c->point_a);

@@ -12402,12 +12402,14 @@ static int ecp_i_overlaps(const ecp_world *w)
 
 /* The step h of the world at rest, without weight, on to which the normal impulses press that the contacts
    have just had, times `press`. Its displacement is the least, in the norm of the kinetic energy, that closes gaps
-   and overlaps; of its result the poses are kept, velocities and the rest stay; without `press` not even these if
-   no body moves by more than rounding. What lies deep may need shorter steps. Returns whether it is solved. */
+   and overlaps; of its result the poses are kept, and the normals, which are better than those of nearest points;
+   velocities and the rest stay; without `press` the poses do as well if no body moves by more than rounding. What lies
+   deep may need shorter steps. Returns whether it is solved. */
 static int ecp_i_still_step(ecp_i_advance *a, ecp_real h, ecp_real press)
 {
     ecp_world *w = a->w;
     ecp_i_body *b = ecp_i_bodies(w), *kept;
+    const ecp_world *before = ecp_i_snapshot(a->saved);
     ecp_real none[3] = {0, 0, 0}, way[3];
     ecp_status status;
     ecp_report quiet;
@@ -12439,6 +12441,12 @@ static int ecp_i_still_step(ecp_i_advance *a, ecp_real h, ecp_real press)
         ecp_i_sub(b[i].x, kept[i].x, way);
         moved |= ecp_i_norm(way) > 64 * ECP_I_EPSILON * (b[i].length + ecp_i_norm(b[i].x));
         for (k = 0; k < 4; k++) moved |= ecp_i_abs(b[i].q[k] - kept[i].q[k]) > 64 * ECP_I_EPSILON;
+    }
+    for (i = 0; status == ECP_OK && i < w->patches && i < before->patches; i++) {
+        const ecp_contact *c = &ecp_i_patches(w)[i].contact;
+        ecp_contact *to = &ecp_i_patches(before)[i].contact;
+        if (c->shape_a == to->shape_a && c->shape_b == to->shape_b)
+            ecp_i_copy3(c->normal, to->normal);
     }
     for (i = 0; (moved || press > 0) && status == ECP_OK && i < w->bodies; i++) {
         if (b[i].kind != ECP_DYNAMIC) continue;

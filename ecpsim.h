@@ -3189,8 +3189,8 @@ typedef struct ecp_i_body {
     ecp_real mass, length; /* length: of the body's inertia, sqrt(trace(I) / mass), about */
     ecp_real inertia[9];
     ecp_real x[3], q[4], v[6]; /* v: linear, then angular */
-    /* what x and v could not hold: the exact sums are x + x_carry and v + v_carry */
-    ecp_real x_carry[3], v_carry[6];
+    /* what x, v and q could not hold: the exact sums are x + x_carry, v + v_carry and q + q_carry */
+    ecp_real x_carry[3], v_carry[6], q_carry[4];
     ecp_real force[6], impulse[6]; /* applied since the last step */
     int kind;
     int asleep; /* 1: the last step left it and its whole island as they were, see >>sleep (one that is
@@ -3712,6 +3712,7 @@ ECP_DEF ecp_status ecp_body_set_state(ecp_world *world, int body, const ecp_real
     /* a length is one but for rounding */
     if (rotation && !ecp_i_same_bytes(rotation, b->q, sizeof b->q)) {
         ecp_i_quat_unit(rotation, b->q);
+        ECPSIM_MEMSET(b->q_carry, 0, sizeof b->q_carry);
         other = 1;
     }
     if (other || !(position || rotation || velocity || angular_velocity)) b->asleep = 0;
@@ -11120,6 +11121,31 @@ static void ecp_i_add_carried(ecp_real *x, ecp_real *carry, ecp_real dx)
     *x = sum;
 }
 
+/* q turned by the half tangents u (h w / 2), its rounding error kept in the same way: in float a step of 0.1 ms at 1e-3
+   rad/s is a rounding unit of it. q keeps its length, or comes back to it. */
+static void ecp_i_turn_carried(ecp_i_body *b, const ecp_real u[3])
+{
+    ecp_real turn[4], by[4], uu = ecp_i_dot(u, u), root = ecp_i_sqrt(1 + uu),
+                             along = uu / (1 + root);
+    ecp_real over = b->q[0] * b->q[0] + ecp_i_dot(b->q + 1, b->q + 1) - 1;
+    int k;
+    if (!(uu > 0)) return;
+    turn[0] = 0;
+    ecp_i_copy3(u, turn + 1);
+    ecp_quat_multiply(turn, b->q, by);
+    if (ecp_i_abs(over) > 8 * ECP_I_EPSILON) along += over / 2;
+    for (k = 0; k < 4; k++)
+        ecp_i_add_carried(b->q + k, b->q_carry + k, (by[k] - along * b->q[k]) / root);
+}
+
+/* the same by the angular velocity w for the time h */
+static void ecp_i_turn_for(ecp_i_body *b, const ecp_real w[3], ecp_real h)
+{
+    ecp_real u[3];
+    ecp_i_scale(h / 2, w, u);
+    ecp_i_turn_carried(b, u);
+}
+
 static ecp_status ecp_i_check_turn(ecp_i_step *s, int body, const ecp_real w[3])
 {
     int k;
@@ -11153,7 +11179,12 @@ static ecp_status ecp_i_commit(ecp_i_step *s)
         if (ECP_I_SLEEP && b->kind == ECP_STATIC) b->asleep = ecp_i_watched(s);
         if (b->kind == ECP_STATIC || b->kind == ECP_I_FREE || ecp_i_is_asleep(m)) continue;
         if (ecp_i_watched(s)) ECPSIM_MEMCPY(&before, b, sizeof before);
-        ecp_quat_advance(b->q, m->v + 3, s->h, b->q);
+        /* of bodies that touch each other such turns are what the rounding of their gaps asks for: without end, if they
+           came true (in float crates that stand side by side would not come to rest) */
+        if (ECP_I_PAIRS && m->dynamic && s->motions[m->island].next_body >= 0)
+            ecp_quat_advance(b->q, m->v + 3, s->h, b->q);
+        else
+            ecp_i_turn_for(b, m->v + 3, s->h);
         for (k = 0; k < 3; k++) ecp_i_add_carried(b->x + k, b->x_carry + k, m->dx[k]);
         for (k = 0; m->dynamic && k < 6; k++) {
             ecp_i_add_carried(b->v + k, b->v_carry + k, m->dv[k]);
@@ -11999,13 +12030,16 @@ static void ecp_i_stop_point(ecp_i_body *b, const ecp_real r[3], int n, const ec
 /* a body's changes over the macro step: displacement, Cayley vector of the turn, velocity */
 static void ecp_i_changes(const ecp_i_body *b, const ecp_i_body *before, ecp_real row[12])
 {
-    ecp_real back[4], turn[4];
+    ecp_real back[4], turn[4], q[4];
     int k;
     for (k = 0; k < 3; k++)
         row[k] = (b->x[k] - before->x[k]) + (b->x_carry[k] - before->x_carry[k]);
     back[0] = before->q[0];
     ecp_i_scale(-1, before->q + 1, back + 1);
-    ecp_quat_multiply(b->q, back, turn);
+    /* by differences: what does not turn has no turn, to rounding of nothing */
+    for (k = 0; k < 4; k++) q[k] = (b->q[k] - before->q[k]) + (b->q_carry[k] - before->q_carry[k]);
+    ecp_quat_multiply(q, back, turn);
+    turn[0] += 1;
     ecp_i_scale(1 / turn[0], turn + 1, row + 3);
     for (k = 0; k < 6; k++) {
         row[6 + k] = (b->v[k] - before->v[k]) + (b->v_carry[k] - before->v_carry[k]);
@@ -12251,14 +12285,10 @@ static void ecp_i_add_changes(ecp_i_advance *a, const ecp_real *row)
     ecp_i_body *b = ecp_i_bodies(a->w);
     int i, k;
     for (i = 0; i < a->w->bodies; i++, row += 12) {
-        ecp_real turn[4];
         if (!ecp_i_moves(before + i)) continue;
         ECPSIM_MEMCPY(b + i, before + i, sizeof *b);
         for (k = 0; k < 3; k++) ecp_i_add_carried(b[i].x + k, b[i].x_carry + k, row[k]);
-        turn[0] = 1;
-        ecp_i_copy3(row + 3, turn + 1);
-        ecp_quat_multiply(turn, b[i].q, b[i].q);
-        ecp_i_quat_normalise(b[i].q);
+        ecp_i_turn_carried(b + i, row + 3);
         for (k = 0; k < 6; k++) ecp_i_add_carried(b[i].v + k, b[i].v_carry + k, row[6 + k]);
     }
 }
@@ -12453,6 +12483,7 @@ static int ecp_i_still_step(ecp_i_advance *a, ecp_real h, ecp_real press)
         ecp_i_copy3(b[i].x, kept[i].x);
         ecp_i_copy3(b[i].x_carry, kept[i].x_carry);
         ECPSIM_MEMCPY(kept[i].q, b[i].q, sizeof b[i].q);
+        ECPSIM_MEMCPY(kept[i].q_carry, b[i].q_carry, sizeof b[i].q_carry);
     }
     ECPSIM_MEMCPY(w, a->saved, w->state_bytes);
     return status == ECP_OK;
@@ -12995,7 +13026,7 @@ static void ecp_i_drift(ecp_i_advance *a, ecp_real time)
             mean[k] = b[i].v[k] + dv[k] / 2;
         }
         for (k = 0; k < 3; k++) ecp_i_add_carried(b[i].x + k, b[i].x_carry + k, time * mean[k]);
-        ecp_quat_advance(b[i].q, mean + 3, time, b[i].q);
+        ecp_i_turn_for(b + i, mean + 3, time);
         for (k = 0; k < 6; k++) ecp_i_add_carried(b[i].v + k, b[i].v_carry + k, dv[k]);
     }
     ECPSIM_MEMCPY(a->saved, w, w->state_bytes);
@@ -13605,6 +13636,7 @@ static void ecp_i_put_bodies(const ecp_i_text *t, const ecp_world *w)
         ecp_i_put_list(t, "v", b->v, 6, 3);
         ecp_i_put_list(t, "x_carry", b->x_carry, 3, 3);
         ecp_i_put_list(t, "v_carry", b->v_carry, 6, 3);
+        ecp_i_put_list(t, "q_carry", b->q_carry, 4, 4);
         ecp_i_put_list(t, "force", b->force, 6, 3);
         ecp_i_put_list(t, "impulse", b->impulse, 6, 3);
         ecp_i_put(t, "         ");
@@ -13986,7 +14018,10 @@ static void ecp_i_printed_body(const ecp_world *before, const ecp_world *after, 
     }
     if (b->kind == ECP_STATIC || b->kind == ECP_I_FREE) return;
     ecp_quat_advance(b->q, v + 3, h, q);
-    for (k = 0; k < 4; k++) ecp_i_worst(&out->kinematic, ecp_i_abs(q[k] - a->q[k]));
+    for (k = 0; k < 4; k++) {
+        ecp_real carried = b->q_carry[k] - a->q_carry[k];
+        ecp_i_worst(&out->kinematic, ecp_i_abs((q[k] - a->q[k]) + carried));
+    }
     for (k = 0; k < 3; k++) {
         moved[k] = (a->x[k] - b->x[k]) + (a->x_carry[k] - b->x_carry[k]);
         ecp_i_worst(&out->kinematic, ecp_i_relative(moved[k] - h * v[k], h * speed));

@@ -5092,6 +5092,16 @@ static ecp_real ecp_i_normal_noise(const ecp_real H[9], const ecp_real x[3])
     return 2 * ECP_I_EPSILON * most;
 }
 
+/* And what the multipliers' rounding does to it, where they are large and their gradients cancel: at the edge of a sharp
+   wedge they are one over its angle. Of others it is no more than of n itself. */
+static ecp_real ecp_i_cone_noise(int count, const ecp_real *l)
+{
+    ecp_real sum = 0;
+    int i;
+    for (i = 0; i < count; i++) sum += ecp_i_abs(l[i]);
+    return 4 * ECP_I_EPSILON * ecp_i_max(sum - 4, 0);
+}
+
 /* At the point of the last evaluation: the Hessians, which multipliers are kept, and how large the
    block is with these. */
 static void ecp_i_block_condense(ecp_i_pair *c, const ecp_real *y, int centring)
@@ -5099,7 +5109,7 @@ static void ecp_i_block_condense(ecp_i_pair *c, const ecp_real *y, int centring)
     ecp_real b[3], kink = ecp_i_kink(centring);
     int i;
     ecp_i_hessian(&c->a->shape, c->a_local, y + 3, c->L, c->Ha);
-    c->n_noise = ecp_i_normal_noise(c->Ha, y);
+    c->n_noise = ecp_i_normal_noise(c->Ha, y) + ecp_i_cone_noise(c->nl, y + 3);
     for (i = 0; i < 3; i++) c->Ha[4 * i] += ECP_I_CURVED * ecp_i_relax(c);
     c->kl = ecp_i_condense(c->nl, y + 3, c->fa, c->ga, c->L, ecp_i_relax(c), kink, c->fixed_a,
                            c->slope_a, c->active_a, c->Ha);
@@ -5109,7 +5119,7 @@ static void ecp_i_block_condense(ecp_i_pair *c, const ecp_real *y, int centring)
         ecp_i_side_b *side = c->on_b;
         ecp_i_hessian(&c->b->shape, side->b_local, m, c->L, side->Hb);
         b[0] = b[1] = b[2] = ecp_i_norm(side->b_local) / c->L; /* from turned coordinates */
-        c->n_noise += ecp_i_normal_noise(side->Hb, b);
+        c->n_noise += ecp_i_normal_noise(side->Hb, b) + ecp_i_cone_noise(c->nm, m);
         c->km = ecp_i_condense(c->nm, m, side->fb, side->gb, c->L, ecp_i_relax(c), kink,
                                side->fixed_b, side->slope_b, side->active_b, side->Hb);
     }

@@ -5092,8 +5092,8 @@ static ecp_real ecp_i_normal_noise(const ecp_real H[9], const ecp_real x[3])
     return 2 * ECP_I_EPSILON * most;
 }
 
-/* And what the multipliers' rounding does to it, where they are large and their gradients cancel: at the edge of a sharp
-   wedge they are one over its angle. Of others it is no more than of n itself. */
+/* And what the multipliers' rounding does to it, where they are large and their gradients cancel: at the
+   edge of a sharp wedge they are one over its angle. Of others it is no more than of n itself. */
 static ecp_real ecp_i_cone_noise(int count, const ecp_real *l)
 {
     ecp_real sum = 0;
@@ -6425,6 +6425,9 @@ static void ecp_i_add_pair_size(const ecp_i_island *s, const ecp_i_pair *c, cons
     size = ecp_i_largest(ecp_i_nf(c), friction);
     ecp_i_worst(&total->largest, size);
     ecp_i_worst(&total->friction, size);
+    /* one patch on a half-space has nothing that contradicts it: in float, in short steps, it was held by
+       what its gap's rounding granted */
+    if (s->pair_count == 1 && ecp_i_on_plane(c)) jitter = 0;
     ecp_i_worst(&total->error, size - (1 - q.taken) * jitter / c->V);
 }
 

@@ -2763,6 +2763,52 @@ static void test_step_sharp_wedge(void)
     }
 }
 
+/* A box of 1 m on a slope of 1 % more than friction holds, in steps of 0.1 ms: it slides as it should, within its cone.
+   In float it stood still, as friction was granted the rounding of the gap over h. */
+static void test_step_slope(void)
+{
+    int i, k, n;
+    for (i = 0; i < 3; i++) {
+        double way = 0.1 + 0.37 * i, slope = atan(0.5 * 1.01), v = 0;
+        double fall = 9.81 * (sin(slope) - 0.5 * cos(slope));
+        ecp_world_desc d = ecp_world_desc_default();
+        ecp_material m = ecp_material_default();
+        ecp_world *w;
+        ecp_contact c;
+        ecp_real q[4], speed[3], up[3], at[3];
+        ecp_shape s = test_box_shape(0.5, 0.5, 0.5);
+        int body;
+        d.gravity[2] = ECP_R(-9.81);
+        m.mu = ECP_R(0.5);
+        w = test_world(&d);
+        up[0] = (ecp_real)(sin(slope) * cos(way));
+        up[1] = (ecp_real)(sin(slope) * sin(way));
+        up[2] = (ecp_real)cos(slope);
+        test_ground(w, up[0], up[1], up[2], &m);
+        body = test_body(w, ECP_DYNAMIC, 1, 1.0 / 6, 1.0 / 6, 1.0 / 6, 0, 0, 0);
+        test_attach(w, body, &s, 0, 0, 0, &m);
+        ecp_i_scale(ECP_R(0.5), up, at);
+        /* the turn from z to the slope's normal */
+        q[0] = (ecp_real)cos(slope / 2);
+        q[1] = (ecp_real)(-sin(slope / 2) * sin(way));
+        q[2] = (ecp_real)(sin(slope / 2) * cos(way));
+        q[3] = 0;
+        CHECK(ecp_body_set_state(w, body, at, q, NULL, NULL) == ECP_OK);
+        for (k = 0; k < 1000; k++) {
+            CHECK(ecp_step(w, ECP_R(1e-4), NULL, NULL) == ECP_OK);
+            for (n = 0; n < ecp_contact_count(w); n++) {
+                CHECK(ecp_contact_get(w, n, &c) == ECP_OK);
+                v = sqrt((double)(c.p_t * c.p_t + c.p_o * c.p_o));
+                CHECK(v <= (0.5 + test_by(1e-9, 1e-3)) * (double)c.p_n + 1e-12);
+            }
+        }
+        ecp_body_get_state(w, body, NULL, NULL, speed, NULL);
+        /* (in float to what the rounding of a place 1 m away is over h) */
+        CHECK_NEAR(ecp_i_norm(speed), 0.1 * fall, test_by(1e-9, 1.2e-7 * 1.2 / 1e-4));
+        free(w);
+    }
+}
+
 /* The same on belts and lifts: they come to rest in the frame of what carries them. In the world's they never did.
    Velocity along and up, and layers. In the second half, on average, no more iterations than make a step laboured.
    (Not so with two layers on a lift: in float the rounding of where they are makes a jam of most steps, as ever, and in
@@ -3069,6 +3115,7 @@ static void test_step(void)
     test_step_flush();
     test_step_crates();
     test_step_slow_turn();
+    test_step_slope();
     test_step_sharp_wedge();
     test_step_crates_carried();
     test_step_crates_fall();

@@ -9856,6 +9856,32 @@ static void ecp_i_carry_ecp(const ecp_i_pair *c, const ecp_i_patch *old, ecp_rea
     ecp_i_mul_t(A.Q, at, a);
 }
 
+/* The ECP a of a face on a half-space, in the frame of A, which turns about the normal: the pressure stays where it is,
+   and A turns under it. Not at an edge or a corner, which turns with A. (fa and ga are taken for room.) */
+static void ecp_i_turn_ecp_back(const ecp_i_pair *c, const ecp_real n[3], ecp_real h,
+                                const ecp_real *multipliers, ecp_real a[3])
+{
+    const ecp_real tiny = ecp_i_sqrt(ECP_I_EPSILON), *centre = c->a->shape.centre;
+    ecp_real rate = ecp_i_dot(n, c->ma->body->v + 3) - ecp_i_dot(n, c->mb->body->v + 3);
+    ecp_real Q[9], w[3], T[9], J[9], from[3], at[3];
+    int i, faces = 0;
+    if (!(ecp_i_abs(h * rate) > tiny)) return;
+    for (i = 0; i < c->nl; i++) faces += multipliers[i] > tiny;
+    if (faces != 1) return;
+    ecp_i_matmul(c->ma->R0, c->a->rotation, Q);
+    ecp_i_mul_t(Q, n, w);
+    ecp_i_scale(rate, w, w);
+    ecp_i_cayley(w, -h, T, J);
+    ecp_i_sub(a, centre, from);
+    ecp_i_mul(T, from, at);
+    ecp_i_add(at, a, at);
+    c->a->shape.cls->eval(&c->a->shape, at, c->fa, c->ga);
+    for (i = 0; i < c->nl; i++) {
+        if (c->fa[i] > tiny * c->a->shape.radius) return;
+    }
+    ecp_i_copy3(at, a);
+}
+
 /* the geometry of the last step's solution, in this step's units; impulses zero */
 static void ecp_i_start_warm(const ecp_i_island *s, const ecp_i_pair *c, ecp_real *y)
 {
@@ -9865,7 +9891,10 @@ static void ecp_i_start_warm(const ecp_i_island *s, const ecp_i_pair *c, ecp_rea
     ecp_real a[3];
     int i;
     ecp_i_copy3(old->a, a);
-    if (!ecp_i_on_plane(c)) ecp_i_carry_ecp(c, old, s->h, a);
+    if (ecp_i_on_plane(c))
+        ecp_i_turn_ecp_back(c, contact->normal, s->h, multipliers, a);
+    else
+        ecp_i_carry_ecp(c, old, s->h, a);
     ecp_i_scale(1 / c->L, a, y);
     ecp_i_copy(c->nl, multipliers, y + 3);
     if (!ecp_i_on_plane(c)) {
@@ -9948,7 +9977,7 @@ static void ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, 
         s->in_vain |= old->centred < 0;
     }
     if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_CONTINUATION) c->relax = 0;
-    if (!ecp_i_on_plane(c)) c->placed = 0; /* (ecp_i_carry_ecp takes fa and ga for room) */
+    c->placed = 0; /* (starts take fa and ga for room) */
     if (warm)
         ecp_i_start_warm(s, c, z + c->at);
     else

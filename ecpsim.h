@@ -9856,26 +9856,32 @@ static void ecp_i_carry_ecp(const ecp_i_pair *c, const ecp_i_patch *old, ecp_rea
     ecp_i_mul_t(A.Q, at, a);
 }
 
-/* The ECP a of a face on a half-space, in the frame of A, which turns about the normal: the pressure stays where it is,
-   and A turns under it. Not at an edge or a corner, which turns with A. (fa and ga are taken for room.) */
-static void ecp_i_turn_ecp_back(const ecp_i_pair *c, const ecp_real n[3], ecp_real h,
+/* The ECP a of a flat face on a half-space, in the frame of A, which turns about the normal: the pressure stays where it
+   is, and A turns under it. Not on a curve, an edge or a corner, which turn with A. (fa and ga are taken for room.) */
+static void ecp_i_turn_ecp_back(const ecp_i_pair *c, const ecp_real normal[3], ecp_real h,
                                 const ecp_real *multipliers, ecp_real a[3])
 {
     const ecp_real tiny = ecp_i_sqrt(ECP_I_EPSILON), *centre = c->a->shape.centre;
-    ecp_real rate = ecp_i_dot(n, c->ma->body->v + 3) - ecp_i_dot(n, c->mb->body->v + 3);
-    ecp_real Q[9], w[3], T[9], J[9], from[3], at[3];
-    int i, faces = 0;
+    ecp_real rate = ecp_i_dot(normal, c->ma->body->v + 3) - ecp_i_dot(normal, c->mb->body->v + 3);
+    ecp_real Q[9], n[3], w[3], T[9], J[9], from[3], at[3], off[3];
+    int i, face = 0, faces = 0;
     if (!(ecp_i_abs(h * rate) > tiny)) return;
-    for (i = 0; i < c->nl; i++) faces += multipliers[i] > tiny;
+    for (i = 0; i < c->nl; i++) {
+        if (!(multipliers[i] > tiny)) continue;
+        face = i;
+        faces++;
+    }
     if (faces != 1) return;
     ecp_i_matmul(c->ma->R0, c->a->rotation, Q);
-    ecp_i_mul_t(Q, n, w);
-    ecp_i_scale(rate, w, w);
+    ecp_i_mul_t(Q, normal, n);
+    ecp_i_scale(rate, n, w);
     ecp_i_cayley(w, -h, T, J);
     ecp_i_sub(a, centre, from);
     ecp_i_mul(T, from, at);
     ecp_i_add(at, a, at);
     c->a->shape.cls->eval(&c->a->shape, at, c->fa, c->ga);
+    ecp_i_add(c->ga + 3 * face, n, off);
+    if (ecp_i_largest(3, off) > tiny) return;
     for (i = 0; i < c->nl; i++) {
         if (c->fa[i] > tiny * c->a->shape.radius) return;
     }

@@ -2784,7 +2784,7 @@ static void test_step_slope(void)
         up[0] = (ecp_real)(sin(slope) * cos(way));
         up[1] = (ecp_real)(sin(slope) * sin(way));
         up[2] = (ecp_real)cos(slope);
-        test_ground(w, up[0], up[1], up[2], &m);
+        test_ground(w, (double)up[0], (double)up[1], (double)up[2], &m);
         body = test_body(w, ECP_DYNAMIC, 1, 1.0 / 6, 1.0 / 6, 1.0 / 6, 0, 0, 0);
         test_attach(w, body, &s, 0, 0, 0, &m);
         ecp_i_scale(ECP_R(0.5), up, at);

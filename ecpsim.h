@@ -11226,8 +11226,8 @@ static ecp_status ecp_i_commit(ecp_i_step *s)
         if (ECP_I_SLEEP && b->kind == ECP_STATIC) b->asleep = ecp_i_watched(s);
         if (b->kind == ECP_STATIC || b->kind == ECP_I_FREE || ecp_i_is_asleep(m)) continue;
         if (ecp_i_watched(s)) ECPSIM_MEMCPY(&before, b, sizeof before);
-        /* of bodies that touch each other such turns are what the rounding of their gaps asks for: without end, if they
-           came true (in float crates that stand side by side would not come to rest) */
+        /* turns below the rounding of q are lost where bodies touch each other: there it is the rounding of gaps that asks
+           for them, without end, if they came true (in float crates side by side would not come to rest) */
         if (ECP_I_PAIRS && m->dynamic && s->motions[m->island].next_body >= 0)
             ecp_quat_advance(b->q, m->v + 3, s->h, b->q);
         else
@@ -12083,7 +12083,7 @@ static void ecp_i_changes(const ecp_i_body *b, const ecp_i_body *before, ecp_rea
         row[k] = (b->x[k] - before->x[k]) + (b->x_carry[k] - before->x_carry[k]);
     back[0] = before->q[0];
     ecp_i_scale(-1, before->q + 1, back + 1);
-    /* by differences: what does not turn has no turn, to rounding of nothing */
+    /* by differences, so that what does not turn has no turn at all */
     for (k = 0; k < 4; k++) q[k] = (b->q[k] - before->q[k]) + (b->q_carry[k] - before->q_carry[k]);
     ecp_quat_multiply(q, back, turn);
     turn[0] += 1;
@@ -12136,8 +12136,8 @@ static void ecp_i_forces(const ecp_world *w, ecp_real h, ecp_real *row)
     }
 }
 
-/* The gap of a patch on a half-space at rest a time s from now (s < 0: ago), its body going on as it does now, and not
-   turning otherwise; n into the half-space, the contact from the body's centre of mass there. */
+/* The gap of a patch on a half-space at rest, a time s from now (s < 0: ago) if its body has the velocities all the while
+   that it has now. n points into the half-space, `at` is the contact from the body's centre of mass then. */
 static ecp_real ecp_i_gap_after(const ecp_world *w, const ecp_i_phase *f, ecp_real s, ecp_real n[3],
                                 ecp_real at[3], ecp_real *rounding)
 {
@@ -12492,7 +12492,7 @@ static int ecp_i_still_step(ecp_i_advance *a, ecp_real h, ecp_real press)
     ecp_report quiet;
     int i, k, moved = 0;
     ECPSIM_MEMCPY(a->saved, w, w->state_bytes);
-    kept = ecp_i_bodies((const ecp_world *)(void *)a->saved);
+    kept = ecp_i_bodies(before);
     for (i = 0; i < w->bodies; i++) {
         if (!ecp_i_moves(b + i)) continue;
         ECPSIM_MEMSET(b[i].v, 0, sizeof b[i].v);

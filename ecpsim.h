@@ -745,7 +745,7 @@ ECP_DEF ecp_status ecp_shape_set_filter(ecp_world *world, int shape_index, uint3
                                         uint32_t collides_with);
 
 /* Gives a primitive another material (NULL: the default) from the next step on: a floor that turns to ice,
-   a gripper whose pads get wet. The material is copied; one that is refused changes nothing. */
+   a gripper whose pads get wet. The material is copied; one that is refused, or that is there already, changes nothing. */
 ECP_DEF ecp_status ecp_shape_set_material(ecp_world *world, int shape_index,
                                           const ecp_material *material);
 
@@ -3797,6 +3797,7 @@ ECP_DEF ecp_status ecp_shape_set_filter(ecp_world *world, int shape_index, uint3
     if (!world) return ECP_BAD_POINTER;
     p = ecp_i_find_part(world, shape_index);
     if (!p) return ECP_BAD_INDEX;
+    if (p->category == category && p->collides_with == collides_with) return ECP_OK;
     p->category = category;
     p->collides_with = collides_with;
     ecp_i_bodies(world)[p->body].asleep = 0;
@@ -3816,6 +3817,7 @@ ECP_DEF ecp_status ecp_shape_set_material(ecp_world *world, int shape_index,
     if (material) m = *material;
     status = ecp_i_check_material(&m);
     if (status != ECP_OK) return status;
+    if (ecp_i_same_bytes(&p->material, &m, sizeof m)) return ECP_OK;
     p->material = m;
     ecp_i_bodies(world)[p->body].asleep = 0;
     /* what was the rule's solution need not be it any more */
@@ -4100,7 +4102,9 @@ typedef struct ecp_i_pair {
        the normal and tangents of a half-space; 0: none */
     int turns_a, turns_b;
     ecp_real mu, e[3], direction[3];
-    ecp_real L, V, P;   /* units of length, velocity, impulse */
+    ecp_real L, V, P; /* units of length, velocity, impulse */
+    ecp_real
+        tilt; /* of multipliers in Newton's steps: what a step turns, h V / L (ecp_i_tilt_unit) */
     ecp_real weight[3]; /* of the load, as an impulse upwards in units P */
     ecp_real rho;       /* in which the error of friction is measured; F has another (ecp_i_rho) */
     ecp_real offset[3]; /* x_A - x_B at the beginning of the step */
@@ -4150,6 +4154,12 @@ static int ecp_i_left_out(const ecp_i_pair *c)
 static ecp_real ecp_i_relax(const ecp_i_pair *c)
 {
     return (ECPSIM_FALLBACKS)&ECP_FALLBACK_CONTINUATION ? c->relax : ECP_R(0);
+}
+
+/* A relaxed problem has its own measure of both sides of a complementarity. */
+static ecp_real ecp_i_tilt_unit(const ecp_i_pair *c)
+{
+    return ecp_i_relax(c) > 0 ? ECP_R(1) : c->tilt;
 }
 
 /* Only one of the fallbacks measures slip along the chord. */
@@ -4789,25 +4799,41 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i
     }
 }
 
+/* A multiplier l against its slack s as a Newton step takes it, which is not as F has it. l turns the normal, and a
+   step of the world turns it by about `tilt`, 1e-5 for a box at rest; s is where the ECP is, of the order of one.
+   Fischer-Burmeister of l and tilt s has the same zeros, and slopes by which l goes to nothing while the ECP crosses
+   its face. With those of F it crept over it, in each iteration by as much as l was off. A multiplier that is
+   rounding does not hold an ECP on the rim. */
+static ecp_real ecp_i_multiplier_row(ecp_real l, ecp_real s, ecp_real tilt, ecp_real tau,
+                                     ecp_real *da, ecp_real *db)
+{
+    ecp_real b = tilt * s, F = ecp_i_fb(l, b, tau, da, db);
+    /* without cancellation */
+    if (tilt < 1 && l > 0 && b < 0) F = b - b * b / (l + ecp_i_sqrt(l * l + b * b));
+    if (tilt < 1 && ecp_i_abs(l) <= 4 * ECP_I_EPSILON) ecp_i_fb(0, b, tau, da, db);
+    *db *= tilt;
+    return F;
+}
+
 /* Multipliers whose row is steeper in l than in the constraint, dF = da dl + db ds with da >= db,
    are eliminated at once: dl_i = fixed_i + slope_i g_i.da; they add slope_i g_i g_i^T to the Hessian
    H and sum_i fixed_i g_i to the cone (ecp_i_shift). The others are listed in active[], with fixed =
-   da and slope = db. Returns their number. At the kink (both l and f within `kink` of zero) the constraint counts
-   as off, which is one of the generalised derivatives: an ECP on the rim of its patch can leave it. */
+   da and slope = db, over tilt. Returns their number. At the kink (both l and f within `kink` of zero) the
+   constraint counts as off, which is one of the generalised derivatives: an ECP on the rim of its patch can leave it. */
 static int ecp_i_condense(int count, const ecp_real *l, const ecp_real *f, const ecp_real *g,
-                          ecp_real L, ecp_real tau, ecp_real kink, ecp_real *fixed, ecp_real *slope,
-                          int *active, ecp_real H[9])
+                          ecp_real L, ecp_real tilt, ecp_real tau, ecp_real kink, ecp_real *fixed,
+                          ecp_real *slope, int *active, ecp_real H[9])
 {
     int i, j, k, kept = 0;
     for (i = 0; i < count; i++) {
-        ecp_real da, db, F = ecp_i_fb(l[i], -f[i] / L, tau, &da, &db);
+        ecp_real da, db, F = ecp_i_multiplier_row(l[i], -f[i] / L, tilt, tau, &da, &db);
         if (!(tau > 0) && ecp_i_abs(l[i]) <= kink && ecp_i_abs(f[i]) <= kink * L) {
             da = 1;
             db = 0;
         }
         if (da < db) {
-            fixed[i] = da;
-            slope[i] = db;
+            fixed[i] = da / tilt;
+            slope[i] = db / tilt;
             active[kept++] = i;
             continue;
         }
@@ -5111,8 +5137,8 @@ static void ecp_i_block_condense(ecp_i_pair *c, const ecp_real *y, int centring)
     ecp_i_hessian(&c->a->shape, c->a_local, y + 3, c->L, c->Ha);
     c->n_noise = ecp_i_normal_noise(c->Ha, y) + ecp_i_cone_noise(c->nl, y + 3);
     for (i = 0; i < 3; i++) c->Ha[4 * i] += ECP_I_CURVED * ecp_i_relax(c);
-    c->kl = ecp_i_condense(c->nl, y + 3, c->fa, c->ga, c->L, ecp_i_relax(c), kink, c->fixed_a,
-                           c->slope_a, c->active_a, c->Ha);
+    c->kl = ecp_i_condense(c->nl, y + 3, c->fa, c->ga, c->L, ecp_i_tilt_unit(c), ecp_i_relax(c),
+                           kink, c->fixed_a, c->slope_a, c->active_a, c->Ha);
     c->km = 0;
     if (!ecp_i_on_plane(c)) {
         const ecp_real *m = y + ecp_i_at_m(c);
@@ -5120,11 +5146,20 @@ static void ecp_i_block_condense(ecp_i_pair *c, const ecp_real *y, int centring)
         ecp_i_hessian(&c->b->shape, side->b_local, m, c->L, side->Hb);
         b[0] = b[1] = b[2] = ecp_i_norm(side->b_local) / c->L; /* from turned coordinates */
         c->n_noise += ecp_i_normal_noise(side->Hb, b) + ecp_i_cone_noise(c->nm, m);
-        c->km = ecp_i_condense(c->nm, m, side->fb, side->gb, c->L, ecp_i_relax(c), kink,
-                               side->fixed_b, side->slope_b, side->active_b, side->Hb);
+        c->km =
+            ecp_i_condense(c->nm, m, side->fb, side->gb, c->L, ecp_i_tilt_unit(c), ecp_i_relax(c),
+                           kink, side->fixed_b, side->slope_b, side->active_b, side->Hb);
     }
     c->ny = 4 + c->kl + ecp_i_nf(c) + (ecp_i_on_plane(c) ? 0 : 1 + c->km);
     c->columns = c->ny + ecp_i_seats(c) + 1;
+}
+
+/* the row of a multiplier that is kept, over tilt; that of F where both are the same */
+static ecp_real ecp_i_kept_row(const ecp_i_pair *c, ecp_real l, ecp_real f, ecp_real F)
+{
+    ecp_real da, db, tilt = ecp_i_tilt_unit(c);
+    if (tilt >= 1) return F;
+    return ecp_i_multiplier_row(l, -f / c->L, tilt, 0, &da, &db) / tilt;
 }
 
 /* The right-hand side: -F, less what the eliminated multipliers and the target change. F: the patch's
@@ -5156,8 +5191,14 @@ static void ecp_i_block_rhs(const ecp_i_pair *c, const ecp_i_slopes *slopes, con
     }
     for (i = 0; i < ld - 1; i++) rhs[ld * i] = -rhs[ld * i];
     for (i = 0; i < first; i++, rhs += ld) *rhs -= ecp_i_abs(F[i]) > floor ? F[i] : 0;
-    for (i = 0; i < c->kl; i++, rhs += ld) *rhs -= F[first + c->active_a[i]];
-    for (i = 0; i < ecp_i_km(c); i++, rhs += ld) *rhs -= F[4 + c->nl + c->on_b->active_b[i]];
+    for (i = 0; i < c->kl; i++, rhs += ld) {
+        int j = c->active_a[i];
+        *rhs -= ecp_i_kept_row(c, y[3 + j], c->fa[j], F[first + j]);
+    }
+    for (i = 0; i < ecp_i_km(c); i++, rhs += ld) {
+        int j = c->on_b->active_b[i];
+        *rhs -= ecp_i_kept_row(c, y[ecp_i_at_m(c) + j], c->on_b->fb[j], F[4 + c->nl + j]);
+    }
     for (k = 0; k <= ecp_i_nf(c); k++, rhs += ld) *rhs -= F[ecp_i_at_p(c) + k];
     /* held friction goes on to its limit, which it has nearly reached */
     rhs -= ld * ecp_i_nf(c);
@@ -5370,7 +5411,8 @@ static void ecp_i_block_recover(ecp_i_pair *c, const ecp_real *y, const ecp_real
 /* The multipliers that were eliminated at once, for another point: their slopes stay as they are. 0 if one
    is to be kept now. */
 static int ecp_i_condense_again(int count, const ecp_real *l, const ecp_real *f, ecp_real L,
-                                ecp_real tau, int kept, const int *active, ecp_real *fixed)
+                                ecp_real tilt, ecp_real tau, int kept, const int *active,
+                                ecp_real *fixed)
 {
     int i, k = 0;
     for (i = 0; i < count; i++) {
@@ -5379,7 +5421,7 @@ static int ecp_i_condense_again(int count, const ecp_real *l, const ecp_real *f,
             k++;
             continue;
         }
-        F = ecp_i_fb(l[i], -f[i] / L, tau, &da, &db);
+        F = ecp_i_multiplier_row(l[i], -f[i] / L, tilt, tau, &da, &db);
         if (da < db) return 0;
         fixed[i] = -F / da;
     }
@@ -5395,11 +5437,12 @@ static int ecp_i_block_again(ecp_i_pair *c, const ecp_real *y, const ecp_real *F
     ecp_i_slopes slopes;
     ecp_real *rhs = c->block + c->columns - 1;
     int i, k, ld = c->columns;
-    if (!ecp_i_condense_again(c->nl, y + 3, c->fa, c->L, ecp_i_relax(c), c->kl, c->active_a,
-                              c->fixed_a))
+    if (!ecp_i_condense_again(c->nl, y + 3, c->fa, c->L, ecp_i_tilt_unit(c), ecp_i_relax(c), c->kl,
+                              c->active_a, c->fixed_a))
         return 0;
-    if (!ecp_i_on_plane(c) && !ecp_i_condense_again(c->nm, y + ecp_i_at_m(c), b->fb, c->L,
-                                                    ecp_i_relax(c), c->km, b->active_b, b->fixed_b))
+    if (!ecp_i_on_plane(c) &&
+        !ecp_i_condense_again(c->nm, y + ecp_i_at_m(c), b->fb, c->L, ecp_i_tilt_unit(c),
+                              ecp_i_relax(c), c->km, b->active_b, b->fixed_b))
         return 0;
     for (i = 0; i < ld - 1; i++) rhs[ld * i] = 0;
     ecp_i_pair_slopes(c, h, 0, &slopes);
@@ -9795,6 +9838,10 @@ static void ecp_i_island_units(ecp_i_island *s)
         c->V = speed;
         c->L = c->carried->length;
         if (ecp_i_moves_a(c) && ecp_i_moves_b(c)) c->L = ecp_i_min(c->ma->length, c->mb->length);
+        /* of bodies that touch each other in float multipliers are rounding far above a step's tilt (crates would not come
+           to rest), and heaps take no fewer iterations with it */
+        c->tilt = ecp_i_body_count(s) > 1 ? ECP_R(1)
+                                          : ecp_i_power_of_two(ecp_i_min(1, s->h * speed / c->L));
         load = c->carried->load / (ecp_real)c->carried->loads;
         c->P = ecp_i_power_of_two(load * speed);
         ecp_i_scale(-s->h * load / c->P, s->world->desc.gravity, c->weight);
@@ -10455,6 +10502,8 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
     ecp_real most = ecp_i_max(step->o->tolerance, effort->size.largest);
     int round, i, more, held = 0, asked = 0, idle = 0, large = ecp_i_is_large(p);
     ecp_i_release_friction(s);
+    /* what rests turns no more, and its ECPs are near their rims */
+    for (i = 0; i < s->pair_count; i++) s->pairs[i]->tilt = 1;
     for (round = 0; round < 20; round++) {
         s->centring = 1;
         i = p->step(s, z, p->F, 1, 0, p->dz);

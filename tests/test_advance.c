@@ -226,7 +226,7 @@ static void advance_nested_parts(void)
    counted as one that is not within the tolerance. */
 static void advance_forced(void)
 {
-    const ecp_real tilted[4] = {1, ECP_R(0.1), 0, 0}, v[3] = {1, 0, 0}, spin[3] = {0, 1, 0};
+    const ecp_real tilted[4] = {1, ECP_R(0.2), 0, 0}, v[3] = {1, 0, 0}, spin[3] = {0, 1, 0};
     ecp_world *w = advance_world(4);
     ecp_shape box = test_box_shape(0.2, 0.1, 0.05);
     ecp_options step = ecp_options_default();
@@ -237,7 +237,7 @@ static void advance_forced(void)
     test_attach(w, 1, &box, 0, 0, 0, NULL);
     CHECK(ecp_body_set_state(w, 1, NULL, tilted, v, spin) == ECP_OK);
     o.tolerance = (ecp_real)test_by(1e-4, 1e-3);
-    step.max_iterations = 7;
+    step.max_iterations = 6;
     step.fallbacks = ECP_FALLBACK_SUBSTEPS;
     o.step = &step;
     o.macro_step = ECP_R(0.1);

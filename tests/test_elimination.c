@@ -370,6 +370,7 @@ static void elimination_vectors(elimination_island *e)
     }
     CHECK(at <= ELIMINATION_UNKNOWNS);
     ecp_i_island_units(&e->s);
+    equations_set_tilt(&e->s, 1);
     /* of the load, which rho goes by */
     for (i = 0; i < e->pair_count; i++) ecp_i_set3(0, 0, 1 / (ecp_real)(1 + i), e->pairs[i].weight);
 }

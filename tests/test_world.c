@@ -1313,6 +1313,7 @@ static void world_test_rough(void)
             ecp_body_desc b = ecp_body_desc_default();
             ecp_shape s;
             ecp_report r;
+            void *before;
             int step, body = 0;
             ecp_world_set_gravity(w, tilted);
             m.mu = m.e_r = 1;
@@ -1338,6 +1339,12 @@ static void world_test_rough(void)
                 CHECK(ecp_step(w, ECP_R(0.01), NULL, &r) == ECP_OK);
             }
             CHECK(r.centred == 1);
+            /* what is there already changes no bit */
+            before = malloc(w->bytes);
+            memcpy(before, w, w->bytes);
+            CHECK(ecp_shape_set_material(w, 0, &floor) == ECP_OK);
+            CHECK(memcmp(before, w, w->bytes) == 0);
+            free(before);
             for (leg = 0; leg < 4; leg++) CHECK(ecp_contact_get(w, leg, &c[i][leg]) == ECP_OK);
             free(w);
         }

@@ -135,17 +135,17 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 60,236.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 60,716.
 
-       ECPSIM_NO_PAIRS     24,924  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     25,128  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   5,112  contacts are smooth, whatever the materials say
-       ECPSIM_NO_SLEEP      1,552  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   2,268  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     8,816  the ECP_FALLBACK_... that there are, or-ed; all, where nothing is
+       ECPSIM_NO_FRICTION   5,120  contacts are smooth, whatever the materials say
+       ECPSIM_NO_SLEEP      1,584  options.sleep = 1 is ECP_BAD_OPTION
+       ECPSIM_NO_CENTRING   2,272  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS     8,908  the ECP_FALLBACK_... that there are, or-ed; all, where nothing is
                                    said. Options that ask for others are ECP_BAD_OPTION. The bytes
-                                   are what 0, none, saves; ECP_FALLBACK_GEOMETRIC alone saves 5,160,
-                                   all but ECP_FALLBACK_SUBSTEPS 1,780 and the memory of a second state
+                                   are what 0, none, saves; ECP_FALLBACK_GEOMETRIC alone saves 5,252,
+                                   all but ECP_FALLBACK_SUBSTEPS 1,712 and the memory of a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
@@ -10434,6 +10434,13 @@ static int ecp_i_hold_friction(const ecp_i_island *s, const ecp_real *z, const e
     return more;
 }
 
+/* Newton steps with the slopes of F from here on (ecp_i_multiplier_row) */
+static void ecp_i_untilt(const ecp_i_island *s)
+{
+    int i;
+    for (i = 0; i < s->pair_count; i++) s->pairs[i]->tilt = 1;
+}
+
 static void ecp_i_release_friction(const ecp_i_island *s)
 {
     int i;
@@ -10502,8 +10509,7 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
     ecp_real most = ecp_i_max(step->o->tolerance, effort->size.largest);
     int round, i, more, held = 0, asked = 0, idle = 0, large = ecp_i_is_large(p);
     ecp_i_release_friction(s);
-    /* what rests turns no more, and its ECPs are near their rims */
-    for (i = 0; i < s->pair_count; i++) s->pairs[i]->tilt = 1;
+    ecp_i_untilt(s); /* what rests turns no more, and its ECPs are near their rims */
     for (round = 0; round < 20; round++) {
         s->centring = 1;
         i = p->step(s, z, p->F, 1, 0, p->dz);
@@ -10826,14 +10832,15 @@ static void ecp_i_island_balance(const ecp_i_island *s)
 /* In options.fallbacks of a step that is solved once more: along the chord from the first start on. */
 #define ECP_I_CHORD_FIRST 0x4000
 
-/* The whole chain: in float first with normals held to rounding, and if that finds nothing with the tolerance alone;
-   last along the chord of the step. */
+/* The whole chain: in float first with normals held to rounding, and if that finds nothing with the tolerance alone and
+   the slopes of F; last along the chord of the step. */
 static int ecp_i_solve_equations(ecp_i_island *s, const ecp_i_problem *p, const ecp_options *o,
                                  ecp_real *z, ecp_i_effort *effort)
 {
     int solved = 0;
     if (!((ECPSIM_FALLBACKS)&ECP_FALLBACK_CHORD) || !(o->fallbacks & ECP_I_CHORD_FIRST)) {
         do {
+            if (s->loose) ecp_i_untilt(s);
             solved = ecp_i_solve(p, o, z, effort);
         } while (!solved && ECP_I_STRICT_NORMALS && !s->loose++);
     }

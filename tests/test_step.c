@@ -2764,12 +2764,12 @@ static void test_step_slope(void)
 }
 
 /* A box that is nearly flush with a plane of any direction, from cold: its ECP crosses the face while the multipliers of
-   the sides go to nothing, which are a millionth of it. With the slopes of F it took 26 to 40 iterations a step in
-   double, in float 180 to 240, and with a bound of 300 boxes at rest were refused for ever. */
+   the sides, which are a millionth of that, go to nothing. With the slopes of F it took 21 iterations in double and 69 in
+   float, where 33 of the 200 needed more than 300 and with that bound were refused for ever. */
 static void test_step_nearly_flush(void)
 {
     static const double tilts[4] = {1e-4, 1e-5, 1e-6, 1e-7};
-    int k, i, n, refused = 0;
+    int k, i, n, all = 0, refused = 0;
     for (k = 0; k < 4; k++) {
         int iterations = 0;
         for (n = 0; n < 50; n++) {
@@ -2804,7 +2804,10 @@ static void test_step_nearly_flush(void)
             free(w);
         }
         CHECK(iterations <= 50 * test_by(12, 30));
+        all += iterations;
     }
+    printf("boxes nearly flush in %s: %.1f iterations a first step, %d of 200 beyond 300\n",
+           sizeof(ecp_real) == sizeof(double) ? "double" : "float", all / 200.0, refused);
     CHECK(refused <= test_by(0, 6));
 }
 

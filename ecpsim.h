@@ -745,7 +745,7 @@ ECP_DEF ecp_status ecp_shape_set_filter(ecp_world *world, int shape_index, uint3
                                         uint32_t collides_with);
 
 /* Gives a primitive another material (NULL: the default) from the next step on: a floor that turns to ice,
-   a gripper whose pads get wet. The material is copied; one that is refused, or that is there already, changes nothing. */
+   a gripper whose pads get wet. The material is copied; one that is refused, or is there already, changes nothing. */
 ECP_DEF ecp_status ecp_shape_set_material(ecp_world *world, int shape_index,
                                           const ecp_material *material);
 
@@ -4819,7 +4819,8 @@ static ecp_real ecp_i_multiplier_row(ecp_real l, ecp_real s, ecp_real tilt, ecp_
    are eliminated at once: dl_i = fixed_i + slope_i g_i.da; they add slope_i g_i g_i^T to the Hessian
    H and sum_i fixed_i g_i to the cone (ecp_i_shift). The others are listed in active[], with fixed =
    da and slope = db, over tilt. Returns their number. At the kink (both l and f within `kink` of zero) the
-   constraint counts as off, which is one of the generalised derivatives: an ECP on the rim of its patch can leave it. */
+   constraint counts as off, which is one of the generalised derivatives: an ECP on the rim of its patch can
+   leave it. */
 static int ecp_i_condense(int count, const ecp_real *l, const ecp_real *f, const ecp_real *g,
                           ecp_real L, ecp_real tilt, ecp_real tau, ecp_real kink, ecp_real *fixed,
                           ecp_real *slope, int *active, ecp_real H[9])
@@ -9838,8 +9839,8 @@ static void ecp_i_island_units(ecp_i_island *s)
         c->V = speed;
         c->L = c->carried->length;
         if (ecp_i_moves_a(c) && ecp_i_moves_b(c)) c->L = ecp_i_min(c->ma->length, c->mb->length);
-        /* of bodies that touch each other in float multipliers are rounding far above a step's tilt (crates would not come
-           to rest), and heaps take no fewer iterations with it */
+        /* of bodies that touch each other in float multipliers are rounding far above a step's tilt (crates would
+           not come to rest), and heaps take no fewer iterations with it */
         c->tilt = ecp_i_body_count(s) > 1 ? ECP_R(1)
                                           : ecp_i_power_of_two(ecp_i_min(1, s->h * speed / c->L));
         load = c->carried->load / (ecp_real)c->carried->loads;

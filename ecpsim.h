@@ -4102,9 +4102,8 @@ typedef struct ecp_i_pair {
        the normal and tangents of a half-space; 0: none */
     int turns_a, turns_b;
     ecp_real mu, e[3], direction[3];
-    ecp_real L, V, P; /* units of length, velocity, impulse */
-    ecp_real
-        tilt; /* of multipliers in Newton's steps: what a step turns, h V / L (ecp_i_tilt_unit) */
+    ecp_real L, V, P;   /* units of length, velocity, impulse */
+    ecp_real tilt;      /* and of multipliers in Newton's steps: h V / L, what a step turns */
     ecp_real weight[3]; /* of the load, as an impulse upwards in units P */
     ecp_real rho;       /* in which the error of friction is measured; F has another (ecp_i_rho) */
     ecp_real offset[3]; /* x_A - x_B at the beginning of the step */
@@ -4192,7 +4191,14 @@ static ecp_real ecp_i_fb_value(ecp_real a, ecp_real b, ecp_real tau, ecp_real *r
     return a + b - *r;
 }
 
-/* The same and its derivatives. At the kink a = b = 0 any of the generalised derivatives will do; this
+/* The same without cancellation where one is negative and the other positive. */
+static ecp_real ecp_i_fb_mixed(ecp_real least, ecp_real most, ecp_real tau)
+{
+    ecp_real rest = least * least + 2 * tau * tau;
+    return least - rest / (most + ecp_i_sqrt(most * most + rest));
+}
+
+/* Its value and its derivatives. At the kink a = b = 0 any of the generalised derivatives will do; this
    one treats both alike. */
 static ecp_real ecp_i_fb(ecp_real a, ecp_real b, ecp_real tau, ecp_real *da, ecp_real *db)
 {
@@ -4802,14 +4808,13 @@ static void ecp_i_column(const ecp_i_pair *c, const ecp_i_slopes *s, const ecp_i
 /* A multiplier l against its slack s as a Newton step takes it, which is not as F has it. l turns the normal, and a
    step of the world turns it by about `tilt`, 1e-5 for a box at rest; s is where the ECP is, of the order of one.
    Fischer-Burmeister of l and tilt s has the same zeros, and slopes by which l goes to nothing while the ECP crosses
-   its face. With those of F it crept over it, in each iteration by as much as l was off. A multiplier that is
+   its face. By the slopes of F the ECP would creep, in each iteration by as much as l is off. A multiplier that is
    rounding does not hold an ECP on the rim. */
 static ecp_real ecp_i_multiplier_row(ecp_real l, ecp_real s, ecp_real tilt, ecp_real tau,
                                      ecp_real *da, ecp_real *db)
 {
     ecp_real b = tilt * s, F = ecp_i_fb(l, b, tau, da, db);
-    /* without cancellation */
-    if (tilt < 1 && l > 0 && b < 0) F = b - b * b / (l + ecp_i_sqrt(l * l + b * b));
+    if (tilt < 1 && l > 0 && b < 0) F = ecp_i_fb_mixed(b, l, tau);
     if (tilt < 1 && ecp_i_abs(l) <= 4 * ECP_I_EPSILON) ecp_i_fb(0, b, tau, da, db);
     *db *= tilt;
     return F;
@@ -7416,7 +7421,7 @@ typedef struct ecp_i_mcp {
 #endif
 
 /* ecp_i_fb of numbers of any size (it is homogeneous), and without cancellation where one is negative and the other
-   large as well: in a step's units neither is needed. */
+   large as well: in a step's units the former is not needed, and the latter in Newton steps alone. */
 static ecp_real ecp_i_mcp_fb(ecp_real a, ecp_real b, ecp_real tau, ecp_real *da, ecp_real *db)
 {
     ecp_real unit = ecp_i_max(ecp_i_abs(a), ecp_i_abs(b)), value, least, most;
@@ -7427,10 +7432,7 @@ static ecp_real ecp_i_mcp_fb(ecp_real a, ecp_real b, ecp_real tau, ecp_real *da,
     value = ecp_i_fb(a, b, tau, da, db);
     least = ecp_i_min(a, b);
     most = ecp_i_max(a, b);
-    if (least < 0 && most > 0) {
-        ecp_real rest = least * least + 2 * tau * tau;
-        value = least - rest / (most + ecp_i_sqrt(most * most + rest));
-    }
+    if (least < 0 && most > 0) value = ecp_i_fb_mixed(least, most, tau);
     return unit * value;
 }
 

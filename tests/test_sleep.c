@@ -179,12 +179,17 @@ static void move_plate(ecp_world *w) { ecp_body_set_state(w, 7, NULL, NULL, slee
 static void remove_table(ecp_world *w) { ecp_body_remove(w, 5); }
 static void remove_lowest(ecp_world *w) { ecp_body_remove(w, 1); }
 static void touch(ecp_world *w) { ecp_body_set_state(w, 2, NULL, NULL, NULL, NULL); }
-/* loads of nothing and the state that they have: what games say in every frame */
+/* loads of nothing, and the state, materials and filters that they have: what games say in every frame */
 static void say_again(ecp_world *w)
 {
     static const ecp_real zero[3] = {0, 0, 0};
     ecp_real x[3], q[4], v[3], turn[3];
-    int i;
+    int i, shape;
+    for (shape = 0; shape < w->shapes; shape++) {
+        const ecp_i_part p = ecp_i_parts(w)[shape];
+        ecp_shape_set_material(w, shape, &p.material);
+        ecp_shape_set_filter(w, shape, p.category, p.collides_with);
+    }
     for (i = 1; i <= 8; i++) {
         ecp_body_get_state(w, i, x, q, v, turn);
         ecp_body_set_state(w, i, x, q, i == 5 ? NULL : v, i == 5 ? NULL : turn);

@@ -774,7 +774,8 @@ enum {
                                       ecp_report.substeps says how many. Contacts and
                                       ecp_printed_residual are then those of the last of them.
                                       Also for a solution whose contacts win energy, which is one
-                                      far away (ecp_report.work), if there is another way */
+                                      far away (ecp_report.work), or whose bodies turn through each
+                                      other (ecp_report.midway), if there is another way */
     ECP_FALLBACK_CHORD = 32,       /* before sub-steps, all of the others with the slip measured by
                                       what the step moves the points in contact, over h, and not
                                       by velocities at its end (they differ by h w^2 r / 2): for
@@ -846,12 +847,17 @@ typedef struct ecp_report {
     ecp_real merit; /* |F|^2 / 2, friction rows weighed by their load, summed over the islands */
     ecp_real natural_residual; /* max |F_i|, as for the tolerance, rounding floors included */
     ecp_real worst_gap;        /* the least separation of a patch, m; below zero: penetration */
-    ecp_real work;         /* the most that the contacts of an island add to its energy, in units of
+    ecp_real work;   /* the most that the contacts of an island add to its energy, in units of
                               twice the kinetic energy of its bodies (of each the most that it has
                               before, after, or in free motion), without what pushes overlaps apart.
-                              More than 0.1 is given up for sub-steps, where they may be used and
+                              More than 0.01 is given up for sub-steps, where they may be used and
                               max_total_iterations is 0, and taken if they do no better. (0 if
                               ECPSIM_FALLBACKS is without them) */
+    ecp_real midway; /* the most that two primitives in an island, one of which turns by more than
+                              0.25 rad, overlap half way of the step, beyond what they did where it
+                              began, in radii of the smaller one. (The equations see beginning and
+                              end: a cube that turns by 90 degrees goes from face to face.) More than
+                              0.02 is given up and taken as `work` is; 0 where that is 0 */
     ecp_real worst_cone;   /* how far a friction cone is left: max of |y| - mu p_n over the patches,
                               N s, or 0 where none is; y as in docs/model.md */
     ecp_real largest_turn; /* max of h |w| over the bodies, rad. A step that turns a body by
@@ -10649,8 +10655,12 @@ static ecp_status ecp_i_no_room(ecp_i_step *step, const ecp_i_island *s, int lab
                       (ecp_real)step->w->bytes);
 }
 
-/* the most work of contacts that may pass for the curvature of their gaps */
-#define ECP_I_MOST_WORK ECP_R(0.1)
+/* The most work of contacts that may pass for the curvature of their gaps: with 0.1 a rolling hexagon wins by it what it
+   loses on its edges. */
+#define ECP_I_MOST_WORK ECP_R(0.01)
+
+/* the shortest part of a step that is cut for it */
+#define ECP_I_NOT_SO_SHORT (ECP_R(1.0) / 128)
 
 /* twice the most kinetic energy that a body has in the step, before it, after it or in free motion */
 static ecp_real ecp_i_most_energy(const ecp_i_motion *m)
@@ -10672,12 +10682,12 @@ static ecp_real ecp_i_most_energy(const ecp_i_motion *m)
 /* The work of the island's contacts: the sum of p . v, v at the end of the step, in units of the energy of its
    bodies (ecp_i_most_energy), of a ten-thousandth of m vs^2 at least. The kinetic energy is that of the free motion,
    plus this, less |dv|^2_M / 2, dv what the contacts change. Gaps close with p_n v_n <= 0 and friction opposes slip,
-   so it is not positive, but for what pushes overlaps apart (which is taken off, and what rounding and normals may
-   miss with it) and for the curvature of gaps, which is little while turns are small. If it is large the solution is
-   another one, far away: a body shot out from between two. */
+   so it is not positive, but for what pushes overlaps apart (which is taken off), for rounding (where that may be all
+   that is too much, the work is the limit), and for the curvature of gaps, which is little while turns are small. If
+   it is large the solution is another one, far away: a body shot out from between two. */
 static ecp_real ecp_i_contact_work(const ecp_i_island *s, ecp_real tolerance)
 {
-    ecp_real work = 0, unit = 0, speed = ecp_i_mover(s, 0)->speed, v[3];
+    ecp_real work = 0, granted = 0, unit = 0, excess, speed = ecp_i_mover(s, 0)->speed, v[3];
     int i;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         const ecp_i_motion *m = ecp_i_mover(s, i);
@@ -10692,19 +10702,74 @@ static ecp_real ecp_i_contact_work(const ecp_i_island *s, ecp_real tolerance)
     for (i = 0; work > ECP_I_MOST_WORK * unit && i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs[i];
         /* (not by the last step's gap: a body may have been put elsewhere) */
-        ecp_real depth = ecp_i_depth(c, NULL, v) + c->d_floor + 4 * tolerance * c->L;
-        work -= c->P * c->p[0] * depth / s->h;
+        ecp_real load = c->P * c->p[0] / s->h;
+        work -= load * ecp_i_depth(c, NULL, v);
+        /* velocities that rounding of gaps makes in the shortest parts would win more than these */
+        granted += load * (c->d_floor + 4 * tolerance * c->L);
+        granted += ecp_i_norm(c->force) / ECP_I_NOT_SO_SHORT *
+                   ecp_i_max(ecp_i_max(c->ma->noise, c->ma->jitter),
+                             ecp_i_max(c->mb->noise, c->mb->jitter));
     }
+    excess = (work - granted) / unit;
     work /= unit;
+    if (excess <= ECP_I_MOST_WORK) work = ecp_i_min(work, ECP_I_MOST_WORK);
     return ecp_i_finite(work) ? work : 0;
 }
 
-/* Has a step failed for it? Only where it may be given up for sub-steps; a bound on the iterations is not
-   spent on what is solved. */
+/* A step sees its bodies where it begins and where it ends. One that turns by this much (rad) or more may have been
+   through the other in between, by this much of the smaller one: in a step of 90 degrees a cube goes from one face
+   to the next, none of which does any work, and rolls for ever. */
+#define ECP_I_WIDE_TURN ECP_R(0.25)
+#define ECP_I_MOST_MIDWAY ECP_R(0.02)
+
+/* the pair's primitives overlap by this much, at the end of the trial motion or where the step begins */
+static ecp_real ecp_i_pair_overlap(const ecp_i_pair *c, int at_end)
+{
+    ecp_i_posed A, B;
+    ecp_real a[3], b[3], n[3];
+    ecp_i_poses(c, at_end, &A, &B);
+    if (ecp_i_on_plane(c)) return -ecp_i_plane_gap(&A, &B, 0, n, a);
+    return ecp_i_distance(&A, &B, a, b, n) > 0 ? ECP_R(0) : ecp_i_overlap(&A, &B, n);
+}
+
+/* moves both bodies of a pair for so long with the velocities that they have */
+static void ecp_i_move_pair(const ecp_i_pair *c, ecp_real h)
+{
+    ecp_real dv[6];
+    ecp_i_copy(6, c->ma->dv, dv);
+    c->ma->turns = c->mb->turns = 0;
+    ecp_i_move(c->ma, h, dv);
+    ecp_i_copy(6, c->mb->dv, dv);
+    ecp_i_move(c->mb, h, dv);
+}
+
+/* The most that a pair of the island, one of which turns widely, overlaps half way of the step, beyond what it did
+   where it began, in radii of the smaller one. */
+static ecp_real ecp_i_midway(const ecp_i_island *s)
+{
+    ecp_real most = 0;
+    int i;
+    for (i = 0; i < s->pair_count; i++) {
+        const ecp_i_pair *c = s->pairs[i];
+        ecp_real turn = ecp_i_max(ecp_i_norm(c->ma->v + 3), ecp_i_norm(c->mb->v + 3)), depth;
+        ecp_real size = c->a->shape.radius;
+        if (!(s->h * turn > ECP_I_WIDE_TURN)) continue;
+        if (!ecp_i_on_plane(c)) size = ecp_i_min(size, c->b->shape.radius);
+        ecp_i_move_pair(c, s->h / 2);
+        depth = ecp_i_pair_overlap(c, 1);
+        ecp_i_move_pair(c, s->h);
+        if (depth > 0) depth -= ecp_i_max(0, ecp_i_pair_overlap(c, 0));
+        most = ecp_i_max(most, depth / size);
+    }
+    return ecp_i_finite(most) ? most : 0;
+}
+
+/* Has a step failed for one of the two? Only where it may be given up for sub-steps; a bound on the iterations is
+   not spent on what is solved. */
 static int ecp_i_works(const ecp_options *o, const ecp_report *r)
 {
     return ecp_i_may(o, ECP_FALLBACK_SUBSTEPS) && o->max_total_iterations == 0 &&
-           r->work > ECP_I_MOST_WORK;
+           (r->work > ECP_I_MOST_WORK || r->midway > ECP_I_MOST_MIDWAY);
 }
 
 /* the island of the bodies and patches listed under this label, and where their unknowns stand */
@@ -11028,8 +11093,11 @@ static ecp_status ecp_i_judge(const ecp_i_step *step, const ecp_i_island *s,
     if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_SUBSTEPS) {
         ecp_real work = ecp_i_contact_work(s, o->tolerance);
         ecp_i_worst(&step->r->work, work);
+        ecp_i_worst(&step->r->midway, ecp_i_midway(s));
         if (ecp_i_works(o, step->r)) {
-            return ecp_i_not_solved(step, s->pairs[0], work, ECP_I_MOST_WORK);
+            return work > ECP_I_MOST_WORK
+                       ? ecp_i_not_solved(step, s->pairs[0], work, ECP_I_MOST_WORK)
+                       : ecp_i_not_solved(step, s->pairs[0], step->r->midway, ECP_I_MOST_MIDWAY);
         }
     }
     return ECP_OK;
@@ -11169,7 +11237,8 @@ static ecp_status ecp_i_solve_all(ecp_i_step *s)
         s->r->unknowns = s->r->islands = 0;
         if (ECP_I_PAIRS) s->without = 0;
         s->r->centred = s->o->rule == ECP_CENTRED;
-        s->r->worst_cone = s->r->merit = s->r->natural_residual = s->r->work = 0;
+        s->r->worst_cone = s->r->merit = s->r->natural_residual = 0;
+        s->r->work = s->r->midway = 0;
         for (i = 0; extras > 0 && i < s->w->bodies; i++) {
             ecp_i_motion *m = s->motions + i;
             if (!m->dynamic) continue;
@@ -11356,11 +11425,10 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
     return status;
 }
 
-/* sub-steps of one step, and how short they may be: h / 2^20, or h / 2^7 in haste and where contacts do
-   work */
+/* sub-steps of one step, and how short they may be: h / 2^20, or h / 2^7 (ECP_I_NOT_SO_SHORT) in haste and where
+   contacts do work */
 #define ECP_I_SUBSTEPS 256
 #define ECP_I_SHORTEST (ECP_R(1.0) / 1048576)
-#define ECP_I_NOT_SO_SHORT (ECP_R(1.0) / 128)
 #define ECP_I_SHORT (ECP_R(1.0) / 1024)
 
 /* After this many times max_iterations, counted for each unknown, no further sub-step is tried, but not before

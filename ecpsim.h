@@ -6459,6 +6459,24 @@ static void ecp_i_begin_balance(ecp_i_motion *m, ecp_real h, const ecp_real *z)
 /* a gap is held to the tolerance times so many radii, however far points move in the step */
 #define ECP_I_FAR_RADII 1000
 
+/* p_n in the unit m V of the lighter of the two bodies: P may be that of a heavy one, and what is nothing to that throws
+   the other. (The load of several layers of equal bodies is no such thing.) */
+static ecp_real ecp_i_light_impulse(const ecp_i_pair *c)
+{
+    ecp_real mass = c->ma->mass, heavy = c->P / c->V;
+    if (ecp_i_moves_a(c) && ecp_i_moves_b(c))
+        heavy = ecp_i_min(heavy, ecp_i_max(mass, c->mb->mass));
+    if (ecp_i_moves_b(c) && (!ecp_i_moves_a(c) || c->mb->mass < mass)) mass = c->mb->mass;
+    return c->p[0] * ecp_i_max(1, heavy / mass);
+}
+
+/* how far p_n is from being nothing or a push by what touches */
+static ecp_real ecp_i_idle_impulse(const ecp_i_island *s, const ecp_i_pair *c)
+{
+    ecp_real noise = ecp_i_gap_noise(s, c), p = ecp_i_light_impulse(c);
+    return p < 0 ? -p - noise : ecp_i_min(p, ecp_i_row_gap(c) / (s->h * c->V) - noise);
+}
+
 /* how large the rows of a patch are, from `row` on; friction is measured with a rho that does not depend on the load */
 static void ecp_i_add_pair_size(const ecp_i_island *s, const ecp_i_pair *c, const ecp_real *row,
                                 ecp_i_size *total)
@@ -6473,6 +6491,7 @@ static void ecp_i_add_pair_size(const ecp_i_island *s, const ecp_i_pair *c, cons
     ecp_i_worst(&size, ecp_i_largest(gap - normal, row + normal));
     ecp_i_worst(&total->error, ecp_i_geometry_error(s, c, size, jitter));
     ecp_i_worst(&total->error, gap_weight * (ecp_i_abs(row[gap]) - ecp_i_gap_noise(s, c)));
+    ecp_i_worst(&total->error, ecp_i_idle_impulse(s, c));
     ecp_i_worst(&total->largest, ecp_i_largest(gap + 1, row));
     if (ecp_i_nf(c) == 0) return;
     ecp_i_cone_project(c, c->rho, &q);
@@ -10621,7 +10640,7 @@ static void ecp_i_record(ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp
     ecp_i_copy3(c->o, k->direction_o);
     /* of p_n and d one is zero: the larger one, in its unit, says which (both may be below zero, by rounding and what
        gaps are granted) */
-    if (!(c->p[0] > ecp_i_max(0, ecp_i_row_gap(c) / (h * c->V)))) return;
+    if (!(ecp_i_light_impulse(c) > ecp_i_max(0, ecp_i_row_gap(c) / (h * c->V)))) return;
     k->p_n = c->P * c->p[0];
     k->mode = ECP_SLIP;
     if (ecp_i_nf(c) == 0) return;

@@ -1847,6 +1847,43 @@ static void test_step_midway(void)
     }
 }
 
+/* A ball or box of 1 kg and one of a ton slide and roll on a plane, and meet. The light one moves by h v: what is
+   nothing to the impulses of the heavy one is not left out of its velocity, nor does it pull. */
+static void test_step_light(void)
+{
+    const double h = 0.02, heavy = 1000;
+    ecp_material m = test_material(0.5, 1, 1, 0.05);
+    int scene, i, k;
+    for (scene = 0; scene < 200; scene++) {
+        ecp_world *world = test_world(NULL);
+        double off = 0;
+        test_ground(world, 0, 0, 1, &m);
+        for (i = 1; i < 3; i++) {
+            double mass = i == 1 ? 1 : heavy;
+            ecp_shape shape = test_box_shape(0.5, 0.5, 0.5);
+            ecp_real v[3] = {0, 0, 0}, w[3];
+            if (test_random() < 0) CHECK(ecp_shape_sphere(&shape, ECP_R(0.5)) == ECP_OK);
+            for (k = 0; k < 3; k++) w[k] = (ecp_real)(2 * test_random());
+            for (k = 0; k < 2; k++) v[k] = (ecp_real)test_random();
+            test_body(world, ECP_DYNAMIC, mass, 0.1 * mass, 0.1 * mass, 0.1 * mass,
+                      (i - 1) * (1.25 + 0.15 * test_random()), 0,
+                      0.5 + (i - 1) * 0.15 * (1 + test_random()));
+            test_attach(world, i, &shape, 0, 0, 0, &m);
+            CHECK(ecp_body_set_state(world, i, NULL, NULL, v, w) == ECP_OK);
+        }
+        for (i = 0; i < 30; i++) {
+            test_state before = test_get(world, 1), after;
+            ecp_report r;
+            CHECK(ecp_step(world, (ecp_real)h, NULL, &r) == ECP_OK);
+            after = test_get(world, 1);
+            for (k = 0; r.substeps == 1 && k < 3; k++)
+                off = fmax(off, fabs(after.x[k] - before.x[k] - h * after.v[k]));
+        }
+        CHECK_NEAR(off, 0, test_by(1e-10, 1e-5));
+        free(world);
+    }
+}
+
 /* Loads that were borne and are gone: a stack on the floor and a ball in the corner by it, without gravity from one
    step to the next. Nothing moves, and no impulse is left. */
 static void test_step_unloaded(void)
@@ -3218,6 +3255,7 @@ static void test_step(void)
     test_step_full();
     test_step_along();
     test_step_midway();
+    test_step_light();
     test_step_unloaded();
     test_step_limit();
     test_step_groove();

@@ -639,7 +639,8 @@ ECP_DEF size_t ecp_world_memsize(const ecp_world_desc *desc);
 ECP_DEF ecp_status ecp_world_init(ecp_world **world, const ecp_world_desc *desc, void *mem,
                                   size_t bytes);
 
-/* The bytes at the start of the block that hold everything a snapshot needs. */
+/* The bytes at the start of the block that hold everything a snapshot needs. To go back, copy them to the start of
+   the same block, or of another at least as large whose rest is zero (as ecp_world_init and every call leave it). */
 ECP_DEF size_t ecp_world_state_size(const ecp_world *world);
 
 /* Changes the gravity (m/s^2, world frame) of all steps to come. */
@@ -822,8 +823,9 @@ ECP_DEF ecp_options ecp_options_default(void);
 /* What a step did. */
 typedef struct ecp_report {
     ecp_status status;
-    int unknowns;     /* scalar unknowns of the step's problem, all islands */
-    int asleep;       /* dynamic bodies that the step left out because they sleep; their islands
+    int unknowns; /* scalar unknowns of the step's problem, all islands (of whole islands, also where
+                         ECP_FALLBACK_WORKING_SET leaves some out) */
+    int asleep;   /* dynamic bodies that the step left out because they sleep; their islands
                              are counted nowhere else, their patches are */
     int patches_kept; /* pairs of primitives in the problem, or asleep */
     int patches_left_out; /* all others (about INT_MAX if there are more): a filter parts them, they cannot
@@ -858,9 +860,10 @@ typedef struct ecp_report {
                               began, in radii of the smaller one. (The equations see beginning and
                               end: a cube that turns by 90 degrees goes from face to face.) More than
                               0.02 is given up and taken as `work` is; 0 where that is 0 */
-    ecp_real worst_cone;   /* how far a friction cone is left: max of |y| - mu p_n over the patches,
+    ecp_real worst_cone; /* how far a friction cone is left: max of |y| - mu p_n over the patches,
                               N s, or 0 where none is; y as in docs/model.md */
-    ecp_real largest_turn; /* max of h |w| over the bodies, rad. A step that turns a body by
+    ecp_real
+        largest_turn; /* max of h |w| over the bodies, kinematic ones too, rad. A step that turns a body by
                                     more than about 0.1 may have several solutions, of which the
                                     one nearest to the start is taken */
     ecp_real dropped;   /* the largest velocity that a body has begun the step without, to come to
@@ -6459,21 +6462,23 @@ static void ecp_i_begin_balance(ecp_i_motion *m, ecp_real h, const ecp_real *z)
 /* a gap is held to the tolerance times so many radii, however far points move in the step */
 #define ECP_I_FAR_RADII 1000
 
-/* p_n in the unit m V of the lighter of the two bodies: P may be that of a heavy one, and what is nothing to that throws
-   the other. (The load of several layers of equal bodies is no such thing.) */
-static ecp_real ecp_i_light_impulse(const ecp_i_pair *c)
+/* P in the unit m V of the lighter of the two bodies, if it is that of a heavy one: what is nothing to that throws the
+   other. (The load of some layers of equal bodies is no such thing.) */
+static ecp_real ecp_i_light_unit(const ecp_i_pair *c)
 {
     ecp_real mass = c->ma->mass, heavy = c->P / c->V;
+    if (!ECP_I_PAIRS) return 1;
     if (ecp_i_moves_a(c) && ecp_i_moves_b(c))
         heavy = ecp_i_min(heavy, ecp_i_max(mass, c->mb->mass));
     if (ecp_i_moves_b(c) && (!ecp_i_moves_a(c) || c->mb->mass < mass)) mass = c->mb->mass;
-    return c->p[0] * ecp_i_max(1, heavy / mass);
+    return heavy > 8 * mass ? heavy / mass : ECP_R(1);
 }
 
-/* how far p_n is from being nothing or a push by what touches */
+/* how far the impulse is in that unit from being none, or a push by what touches; without it F tells */
 static ecp_real ecp_i_idle_impulse(const ecp_i_island *s, const ecp_i_pair *c)
 {
-    ecp_real noise = ecp_i_gap_noise(s, c), p = ecp_i_light_impulse(c);
+    ecp_real unit = ecp_i_light_unit(c), noise = ecp_i_gap_noise(s, c), p = unit * c->p[0];
+    if (!(unit > 1)) return 0;
     return p < 0 ? -p - noise : ecp_i_min(p, ecp_i_row_gap(c) / (s->h * c->V) - noise);
 }
 
@@ -6491,7 +6496,7 @@ static void ecp_i_add_pair_size(const ecp_i_island *s, const ecp_i_pair *c, cons
     ecp_i_worst(&size, ecp_i_largest(gap - normal, row + normal));
     ecp_i_worst(&total->error, ecp_i_geometry_error(s, c, size, jitter));
     ecp_i_worst(&total->error, gap_weight * (ecp_i_abs(row[gap]) - ecp_i_gap_noise(s, c)));
-    ecp_i_worst(&total->error, ecp_i_idle_impulse(s, c));
+    if (ECP_I_PAIRS) ecp_i_worst(&total->error, ecp_i_idle_impulse(s, c));
     ecp_i_worst(&total->largest, ecp_i_largest(gap + 1, row));
     if (ecp_i_nf(c) == 0) return;
     ecp_i_cone_project(c, c->rho, &q);
@@ -10640,7 +10645,7 @@ static void ecp_i_record(ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp
     ecp_i_copy3(c->o, k->direction_o);
     /* of p_n and d one is zero: the larger one, in its unit, says which (both may be below zero, by rounding and what
        gaps are granted) */
-    if (!(ecp_i_light_impulse(c) > ecp_i_max(0, ecp_i_row_gap(c) / (h * c->V)))) return;
+    if (!(ecp_i_light_unit(c) * c->p[0] > ecp_i_max(0, ecp_i_row_gap(c) / (h * c->V)))) return;
     k->p_n = c->P * c->p[0];
     k->mode = ECP_SLIP;
     if (ecp_i_nf(c) == 0) return;
@@ -11257,7 +11262,7 @@ static ecp_status ecp_i_solve_all(ecp_i_step *s)
         if (ECP_I_PAIRS) s->without = 0;
         s->r->centred = s->o->rule == ECP_CENTRED;
         s->r->worst_cone = s->r->merit = s->r->natural_residual = 0;
-        s->r->work = s->r->midway = 0;
+        if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_SUBSTEPS) s->r->work = s->r->midway = 0;
         for (i = 0; extras > 0 && i < s->w->bodies; i++) {
             ecp_i_motion *m = s->motions + i;
             if (!m->dynamic) continue;

@@ -860,12 +860,11 @@ typedef struct ecp_report {
                               began, in radii of the smaller one. (The equations see beginning and
                               end: a cube that turns by 90 degrees goes from face to face.) More than
                               0.02 is given up and taken as `work` is; 0 where that is 0 */
-    ecp_real worst_cone; /* how far a friction cone is left: max of |y| - mu p_n over the patches,
+    ecp_real worst_cone;   /* how far a friction cone is left: max of |y| - mu p_n over the patches,
                               N s, or 0 where none is; y as in docs/model.md */
-    ecp_real
-        largest_turn; /* max of h |w| over the bodies, kinematic ones too, rad. A step that turns a body by
-                                    more than about 0.1 may have several solutions, of which the
-                                    one nearest to the start is taken */
+    ecp_real largest_turn; /* max of h |w| over the bodies, kinematic ones too, rad. A step that
+                              turns a body by more than about 0.1 may have several solutions, of
+                              which the one nearest to the start is taken */
     ecp_real dropped;   /* the largest velocity that a body has begun the step without, to come to
                                     rest on what carries it (docs/model.md), m/s; a turn times sqrt(trace I / mass) */
     size_t memory_used; /* high-water mark of the block, bytes */

@@ -135,17 +135,17 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 60,756.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 61,648.
 
-       ECPSIM_NO_PAIRS     25,408  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     25,400  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   5,164  contacts are smooth, whatever the materials say
+       ECPSIM_NO_FRICTION   5,168  contacts are smooth, whatever the materials say
        ECPSIM_NO_SLEEP      1,596  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   2,320  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     9,504  the ECP_FALLBACK_... that there are, or-ed; all, where nothing is
+       ECPSIM_NO_CENTRING   2,324  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS     9,544  the ECP_FALLBACK_... that there are, or-ed; all, where nothing is
                                    said. Options that ask for others are ECP_BAD_OPTION. The bytes
-                                   are what 0, none, saves; ECP_FALLBACK_GEOMETRIC alone saves 5,252,
-                                   all but ECP_FALLBACK_SUBSTEPS 2,280 and the memory of a second state
+                                   are what 0, none, saves; ECP_FALLBACK_GEOMETRIC alone saves 5,896,
+                                   all but ECP_FALLBACK_SUBSTEPS 2,320 and the memory of a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
@@ -859,7 +859,8 @@ typedef struct ecp_report {
                               0.25 rad, overlap half way of the step, beyond what they did where it
                               began, in radii of the smaller one. (The equations see beginning and
                               end: a cube that turns by 90 degrees goes from face to face.) More than
-                              0.02 is given up and taken as `work` is; 0 where that is 0 */
+                              0.02 is given up and taken as `work` is. (0 if ECPSIM_FALLBACKS is
+                              without sub-steps) */
     ecp_real worst_cone;   /* how far a friction cone is left: max of |y| - mu p_n over the patches,
                               N s, or 0 where none is; y as in docs/model.md */
     ecp_real largest_turn; /* max of h |w| over the bodies, kinematic ones too, rad. A step that
@@ -10679,8 +10680,14 @@ static ecp_status ecp_i_no_room(ecp_i_step *step, const ecp_i_island *s, int lab
 }
 
 /* The most work of contacts that may pass for the curvature of their gaps: with 0.1 a rolling hexagon wins by it what it
-   loses on its edges. */
+   loses on its edges. Within ecp_advance extrapolation takes the curvature out, and parts would be in its way. */
 #define ECP_I_MOST_WORK ECP_R(0.01)
+#define ECP_I_MOST_WORK_ADVANCING ECP_R(0.1)
+
+static ecp_real ecp_i_most_work(const ecp_world *w)
+{
+    return w->advancing ? ECP_I_MOST_WORK_ADVANCING : ECP_I_MOST_WORK;
+}
 
 /* the shortest part of a step that is cut for it */
 #define ECP_I_NOT_SO_SHORT (ECP_R(1.0) / 128)
@@ -10711,6 +10718,7 @@ static ecp_real ecp_i_most_energy(const ecp_i_motion *m)
 static ecp_real ecp_i_contact_work(const ecp_i_island *s, ecp_real tolerance)
 {
     ecp_real work = 0, granted = 0, unit = 0, excess, speed = ecp_i_mover(s, 0)->speed, v[3];
+    ecp_real most = ecp_i_most_work(s->world);
     int i;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         const ecp_i_motion *m = ecp_i_mover(s, i);
@@ -10722,7 +10730,7 @@ static ecp_real ecp_i_contact_work(const ecp_i_island *s, ecp_real tolerance)
         work += ecp_i_dot(c->force, v);
         if (ecp_i_nf(c) == 3) work += ecp_i_torsion(c) * ecp_i_dot(c->N, c->spin);
     }
-    for (i = 0; work > ECP_I_MOST_WORK * unit && i < s->pair_count; i++) {
+    for (i = 0; work > most * unit && i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs[i];
         /* (not by the last step's gap: a body may have been put elsewhere) */
         ecp_real load = c->P * c->p[0] / s->h;
@@ -10735,7 +10743,7 @@ static ecp_real ecp_i_contact_work(const ecp_i_island *s, ecp_real tolerance)
     }
     excess = (work - granted) / unit;
     work /= unit;
-    if (excess <= ECP_I_MOST_WORK) work = ecp_i_min(work, ECP_I_MOST_WORK);
+    if (excess <= most) work = ecp_i_min(work, most);
     return ecp_i_finite(work) ? work : 0;
 }
 
@@ -10745,7 +10753,8 @@ static ecp_real ecp_i_contact_work(const ecp_i_island *s, ecp_real tolerance)
 #define ECP_I_WIDE_TURN ECP_R(0.25)
 #define ECP_I_MOST_MIDWAY ECP_R(0.02)
 
-/* the pair's primitives overlap by this much, at the end of the trial motion or where the step begins */
+/* how deep the pair's primitives are in each other, at the end of the trial motion or where the step begins; 0 or less
+   if they are apart */
 static ecp_real ecp_i_pair_overlap(const ecp_i_pair *c, int at_end)
 {
     ecp_i_posed A, B;
@@ -10755,7 +10764,7 @@ static ecp_real ecp_i_pair_overlap(const ecp_i_pair *c, int at_end)
     return ecp_i_distance(&A, &B, a, b, n) > 0 ? ECP_R(0) : ecp_i_overlap(&A, &B, n);
 }
 
-/* moves both bodies of a pair for so long with the velocities that they have */
+/* where the velocities that they have take the bodies of a pair within h */
 static void ecp_i_move_pair(const ecp_i_pair *c, ecp_real h)
 {
     ecp_real dv[6];
@@ -10787,12 +10796,12 @@ static ecp_real ecp_i_midway(const ecp_i_island *s)
     return ecp_i_finite(most) ? most : 0;
 }
 
-/* Has a step failed for one of the two? Only where it may be given up for sub-steps; a bound on the iterations is
-   not spent on what is solved. */
-static int ecp_i_works(const ecp_options *o, const ecp_report *r)
+/* Is a solution given up, for the work of its contacts or for what is half way? Only where sub-steps may be used; a
+   bound on the iterations is not spent on what is solved. */
+static int ecp_i_gives_up(const ecp_world *w, const ecp_options *o, const ecp_report *r)
 {
     return ecp_i_may(o, ECP_FALLBACK_SUBSTEPS) && o->max_total_iterations == 0 &&
-           (r->work > ECP_I_MOST_WORK || r->midway > ECP_I_MOST_MIDWAY);
+           (r->work > ecp_i_most_work(w) || r->midway > ECP_I_MOST_MIDWAY);
 }
 
 /* the island of the bodies and patches listed under this label, and where their unknowns stand */
@@ -11116,10 +11125,10 @@ static ecp_status ecp_i_judge(const ecp_i_step *step, const ecp_i_island *s,
     if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_SUBSTEPS) {
         ecp_real work = ecp_i_contact_work(s, o->tolerance);
         ecp_i_worst(&step->r->work, work);
-        ecp_i_worst(&step->r->midway, ecp_i_midway(s));
-        if (ecp_i_works(o, step->r)) {
-            return work > ECP_I_MOST_WORK
-                       ? ecp_i_not_solved(step, s->pairs[0], work, ECP_I_MOST_WORK)
+        if (!step->w->advancing) ecp_i_worst(&step->r->midway, ecp_i_midway(s));
+        if (ecp_i_gives_up(step->w, o, step->r)) {
+            return work > ecp_i_most_work(step->w)
+                       ? ecp_i_not_solved(step, s->pairs[0], work, ecp_i_most_work(step->w))
                        : ecp_i_not_solved(step, s->pairs[0], step->r->midway, ECP_I_MOST_MIDWAY);
         }
     }
@@ -11472,10 +11481,11 @@ static int ecp_i_tires(const ecp_options *o, int hasty, int before, const ecp_re
    by 4 where they fail, so that what makes trouble is passed in short ones; only the shortest take the dearer
    fallbacks, and in haste (ecp_i_hurries) there are none so short. In haste they begin with other lengths, as
    what is tried after it without would otherwise end in the same jam. Forces act in all of them, impulses in the
-   first. before: the bodies as the step found them. *works: whether anything has failed for the work of
-   its contacts. */
+   first. before: the bodies as the step found them. *given_up: whether any solution was
+   (ecp_i_gives_up). */
 static ecp_status ecp_i_take_parts(ecp_world *world, ecp_real h, const ecp_options *o, size_t spare,
-                                   int hasty, const ecp_i_body *before, int *works, ecp_report *r)
+                                   int hasty, const ecp_i_body *before, int *given_up,
+                                   ecp_report *r)
 {
     ecp_real rest = 1, part = hasty ? ECP_R(0.25) : ECP_R(0.5), most = 1;
     ecp_options quick = *o;
@@ -11498,11 +11508,11 @@ static ecp_status ecp_i_take_parts(ecp_world *world, ecp_real h, const ecp_optio
             if (rest > 0 && ecp_i_effort_after(o, r->iterations).most == 0) status = ECP_NOT_SOLVED;
             if (status == ECP_OK) continue;
         }
-        *works |= ecp_i_works(o, r);
+        *given_up |= ecp_i_gives_up(world, o, r);
         most = part / 2;
         part /= 4;
         if (status != ECP_NOT_SOLVED ||
-            part < (hasty || *works ? ECP_I_NOT_SO_SHORT : ECP_I_SHORTEST) ||
+            part < (hasty || *given_up ? ECP_I_NOT_SO_SHORT : ECP_I_SHORTEST) ||
             r->substeps == ECP_I_SUBSTEPS || ecp_i_tires(o, hasty, iterations, r)) {
             return status;
         }
@@ -11511,7 +11521,7 @@ static ecp_status ecp_i_take_parts(ecp_world *world, ecp_real h, const ecp_optio
 }
 
 /* A step that has failed, in parts; if it was given up early (cut) first in haste, then whole with all
-   fallbacks. If there is no way but by contacts that do work, the whole step along the chord: what spins in a wedge may
+   fallbacks. If there is no way but by what is given up, the whole step along the chord: what spins in a wedge may
    be held there, where the printed slip only lets it be shot out. If that is none either contacts may do work: in the
    whole step, or else in parts again. The state before is kept at the end of the block. */
 static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_options *o,
@@ -11523,7 +11533,7 @@ static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_op
     const ecp_i_body *before = (const ecp_i_body *)(void *)(saved + world->bodies_at);
     ecp_options lenient = *o, chord = *o;
     ecp_status status = ECP_NOT_SOLVED;
-    int k, last = 2, works = ecp_i_works(o, r);
+    int k, last = 2, given_up = ecp_i_gives_up(world, o, r);
     lenient.fallbacks &= ~ECP_FALLBACK_SUBSTEPS;
     chord.fallbacks |= ECP_I_CHORD_FIRST;
     ECPSIM_MEMCPY(saved, block, bytes);
@@ -11535,13 +11545,13 @@ static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_op
         r->substeps = 1;
         if (k == 1 || k == 3 || k == 4) {
             status = ecp_i_step_once(world, h, way, bytes + spare, NULL, r);
-            works |= ecp_i_works(way, r);
+            given_up |= ecp_i_gives_up(world, way, r);
         } else {
-            status = ecp_i_take_parts(world, h, way, bytes + spare, k == 0, before, &works, r);
+            status = ecp_i_take_parts(world, h, way, bytes + spare, k == 0, before, &given_up, r);
         }
-        if (k == 2 && works) {
+        if (k == 2 && given_up) {
             last = 5;
-            works = 0;
+            given_up = 0;
         }
         if (ecp_i_effort_after(o, r->iterations).most == 0) break;
     }

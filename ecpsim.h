@@ -3943,7 +3943,7 @@ static void ecp_i_velocity_change(const ecp_i_motion *m, const ecp_real impulse[
 static int ecp_i_implicit_rotation(const ecp_real inertia[9], const ecp_real w0[3], ecp_real h,
                                    ecp_real w[3])
 {
-    ecp_real f[3], L[3], J[12], tau[3], x[3], size = 0, before = -1, t = 1; /* J: f last */
+    ecp_real f[3], L[3], J[12], tau[3], x[3], size = 0, unit = 0, before = -1, t = 1; /* J: f last */
     int piv[3], k, i, j;
     ecp_i_copy3(w0, w);
     ecp_i_set3(0, 0, 0, x);
@@ -3956,7 +3956,8 @@ static int ecp_i_implicit_rotation(const ecp_real inertia[9], const ecp_real w0[
         ecp_i_mul(inertia, back, lost);
         ecp_i_add(f, lost, f);
         size = ecp_i_norm(f);
-        if (size <= 4 * ECP_I_EPSILON * ecp_i_norm(L)) return 1;
+        unit = ecp_i_norm(L) * (1 + h * ecp_i_norm(w));
+        if (size <= 4 * ECP_I_EPSILON * unit) return 1;
         if (before >= 0 && !(size < before)) {
             /* half of the last step back */
             t /= 2;
@@ -3981,17 +3982,19 @@ static int ecp_i_implicit_rotation(const ecp_real inertia[9], const ecp_real w0[
         for (i = 0; i < 3; i++) x[piv[i]] = J[4 * i + 3];
         ecp_i_sub(w, x, w);
     }
-    return size <= ECP_R(1e-6) * ecp_i_norm(L);
+    return size <= ECP_R(1e-6) * unit;
 }
 
 /* The gyroscopic moment w x I w of p_vp. The paper takes it where the step begins, which gains energy
    as (h w)^2 and explodes when the body turns far within a step. Where it would change the velocity
-   by more than a twentieth, in the norm of the energy, it is the one of a backward Euler step, or
-   none where even that is not to be had. */
+   by more than a twentieth, in the norm of the energy, it is the mean of backward Euler steps: of one,
+   or, as from h |w| = 1.8 on Newton's method may not find its root, of up to 16; or none where even
+   that is not to be had, as with needles in single precision that turn more than once. */
 static void ecp_i_gyroscopic(const ecp_real inertia[9], const ecp_real w[3], ecp_real h,
                              ecp_real moment[3])
 {
     ecp_real Iw[3], change[3];
+    int parts, k, found = 0;
     ecp_i_set3(0, 0, 0, moment);
     if (ECP_I_FAST && ecp_i_is_zero(w)) return;
     ecp_i_mul(inertia, w, Iw);
@@ -4000,12 +4003,17 @@ static void ecp_i_gyroscopic(const ecp_real inertia[9], const ecp_real w[3], ecp
     ecp_i_copy3(moment, change);
     ecp_i_solve3(inertia, change);
     if (400 * h * h * ecp_i_dot(change, moment) <= ecp_i_dot(w, Iw)) return;
-    if (ecp_i_implicit_rotation(inertia, w, h, change)) {
-        ecp_i_mul(inertia, change, Iw);
-        ecp_i_cross(change, Iw, moment);
-    } else {
-        ecp_i_set3(0, 0, 0, moment);
+    for (parts = 1; parts <= 16 && !found; parts *= 2) {
+        ecp_i_copy3(w, change);
+        for (k = 0, found = 1; k < parts && found; k++) {
+            ecp_i_copy3(change, Iw);
+            found = ecp_i_implicit_rotation(inertia, Iw, h / (ecp_real)parts, change);
+        }
     }
+    if (!found) ecp_i_copy3(w, change);
+    ecp_i_sub(w, change, change);
+    ecp_i_mul(inertia, change, moment);
+    ecp_i_scale(1 / h, moment, moment);
 }
 
 /* p_app: weight, forces and impulses; p_vp: the gyroscopic moment -h w x I w, at the beginning. *m is

@@ -27,9 +27,9 @@ real() { [ "$1" = float ] && echo -DECPSIM_FLOAT || echo -UECPSIM_FLOAT; }
 build() {
     program=$1
     shift
-    "$@" -std=c99 -g1 -ffp-contract=off -o "$out/$program" -lm >"$out/log" 2>&1 && return
+    "$@" -std=c99 -g1 -ffp-contract=off -o "$out/$program" -lm >"$out/$program.log" 2>&1 && return
     echo "not built: $program"
-    head -n 5 "$out/log"
+    head -n 5 "$out/$program.log"
     return 1
 }
 
@@ -52,22 +52,28 @@ round() {
     result "$out/$1.log" $?
 }
 
-# mutate REAL ROUNDS SEED FILES...: random changes, by the plain program
+# mutate REAL ROUNDS SEED FILES...: random changes, by the plain program; mutated REAL: what came of it
 mutate() {
     name=$1 rounds=$2 seed=$3
     shift 3
+    rm -f "$out/$name.code"
     "$out/replay-$name" -mutate "$rounds" "$seed" "$out/last-$name" "$@" >"$out/$name.log" 2>&1
     code=$?
-    result "$out/$name.log" $code
-    [ $code -eq 0 ] || echo "the input is build/fuzz/last-$name"
+    echo $code >"$out/$name.code"
+}
+
+mutated() {
+    read -r code <"$out/$1.code" || code=1
+    result "$out/$1.log" "$code"
+    [ "$code" -eq 0 ] || echo "the input is build/fuzz/last-$1"
 }
 
 # the plain program, with the sanitizers of gcc or clang
 replayer() {
     for cc in gcc clang; do
         command -v $cc >/dev/null || continue
-        echo 'int main(void) { return 0; }' >"$out/empty.c"
-        $cc -fsanitize=address,undefined "$out/empty.c" -o "$out/empty" 2>/dev/null || continue
+        echo 'int main(void) { return 0; }' >"$out/empty-$1.c"
+        $cc -fsanitize=address,undefined "$out/empty-$1.c" -o "$out/empty-$1" 2>/dev/null || continue
         build "replay-$1" $cc -O2 "$(real "$1")" -fsanitize=address,undefined \
             -fno-sanitize-recover=all tests/fuzz/replay.c
         return
@@ -75,35 +81,43 @@ replayer() {
     build "replay-$1" "${CC:-cc}" -O2 "$(real "$1")" tests/fuzz/replay.c
 }
 
-# every file of the corpora through a plain program
+# every file of the corpora through the plain programs of a real
 replay() {
-    for name in double float; do
-        replayer $name || failed=$((failed + 1))
-        "$out/replay-$name" tests/fuzz/corpus/* $(find "$out/corpus" -type f | sort | head -n 2000) \
-            >"$out/replay.log" 2>&1 || { failed=$((failed + 1)); tail -n 20 "$out/replay.log"; }
-        sed -n 's/^fuzz: /replay: /p' "$out/replay.log"
-        memory=
-        if build "memory-$name" clang -O1 "$(real $name)" -fsanitize=memory -fno-sanitize-recover=all \
-            tests/fuzz/replay.c >/dev/null; then
-            memory=$out/memory-$name
-        elif command -v valgrind >/dev/null &&
-            build "memory-$name" "${CC:-cc}" -O1 "$(real $name)" -DFUZZ_UNINITIALISED tests/fuzz/replay.c; then
-            memory="valgrind -q --error-exitcode=9 $out/memory-$name"
-        else
-            echo 'skipped: no memory sanitizer and no valgrind'
-            continue
-        fi
-        $memory tests/fuzz/corpus/* >"$out/replay.log" 2>&1 ||
-            { failed=$((failed + 1)); tail -n 20 "$out/replay.log"; }
-    done
+    name=$1
+    replayer "$name" || failed=$((failed + 1))
+    "$out/replay-$name" tests/fuzz/corpus/* $(find "$out/corpus" -type f | sort | head -n 2000) \
+        >"$out/$name.log" 2>&1 || { failed=$((failed + 1)); tail -n 20 "$out/$name.log"; }
+    sed -n 's/^fuzz: /replay: /p' "$out/$name.log"
+    if build "memory-$name" clang -O1 "$(real "$name")" -fsanitize=memory -fno-sanitize-recover=all \
+        tests/fuzz/replay.c >/dev/null; then
+        memory=$out/memory-$name
+    elif command -v valgrind >/dev/null &&
+        build "memory-$name" "${CC:-cc}" -O1 "$(real "$name")" -DFUZZ_UNINITIALISED tests/fuzz/replay.c; then
+        memory="valgrind -q --error-exitcode=9 $out/memory-$name"
+    else
+        echo 'skipped: no memory sanitizer and no valgrind'
+        return $failed
+    fi
+    $memory tests/fuzz/corpus/* >"$out/$name.log" 2>&1 ||
+        { failed=$((failed + 1)); tail -n 20 "$out/$name.log"; }
+    return $failed
 }
 
 case ${1:-long} in
-replay) replay ;;
+replay) # the two reals side by side
+    replay double &
+    (replay float) || failed=1
+    wait $! || failed=1
+    ;;
 quick)
     for name in double float; do
         replayer $name || exit 1
-        mutate $name "${FUZZ_ROUNDS:-40000}" 1 tests/fuzz/corpus/*
+    done
+    mutate double "${FUZZ_ROUNDS:-40000}" 1 tests/fuzz/corpus/* &
+    (mutate float "${FUZZ_ROUNDS:-40000}" 1 tests/fuzz/corpus/*)
+    wait
+    for name in double float; do
+        mutated $name
     done
     echo "fuzz: calls=$calls failures=$failed"
     ;;
@@ -118,7 +132,7 @@ long)
             [ $failed -eq 0 ] && round $name "${FUZZ_ROUND:-60}"
             # shellcheck disable=SC2046
             [ $failed -eq 0 ] && mutate $name "${FUZZ_ROUNDS:-60000}" $((seed += 1)) tests/fuzz/corpus/* \
-                $(find "$out/corpus" -type f | sort | head -n 4000)
+                $(find "$out/corpus" -type f | sort | head -n 4000) && mutated $name
         done
         echo "calls=$calls corpus=$(find "$out/corpus" -type f | wc -l) $(date +%H:%M:%S)"
     done

@@ -13,7 +13,6 @@ out=$root/build/hashes
 rm -rf "$out"
 mkdir -p "$out" || exit 1
 golden=$root/tests/hashes.txt
-: >"$out/all"
 builds=0
 failed=0
 cd tests/firmware || exit 1
@@ -71,7 +70,6 @@ build() {
 }
 
 accept=$1
-: >"$out/lines"
 hosts=
 for cc in gcc clang; do
     here $cc || continue
@@ -87,22 +85,30 @@ for cc in gcc clang; do
 "
     done
 done
-for real in double float; do
+echo "$hosts" >"$out/hosts"
+
+# every compiler and machine in this real, in a directory of its own
+of_real() {
+    real=$1
     define=-UECPSIM_FLOAT sqrt=__builtin_sqrt
-    [ $real = float ] && define=-DECPSIM_FLOAT sqrt=__builtin_sqrtf
-    echo "$hosts" >"$out/hosts"
+    [ "$real" = float ] && define=-DECPSIM_FLOAT sqrt=__builtin_sqrtf
+    hosts=$out/hosts
+    out=$out/$real
+    mkdir "$out" || return
+    : >"$out/all"
+    : >"$out/lines"
     while IFS='|' read -r via host; do
         [ -n "$host" ] || continue
         # shellcheck disable=SC2086
         build "$host" $host $common $define main.c port_hosted.c -lm &&
-            run $real "$host${via:+ under $via}" $via "$out/program"
-    done <"$out/hosts"
+            run "$real" "$host${via:+ under $via}" $via "$out/program"
+    done <"$hosts"
     if here arm-none-eabi-gcc && here qemu-system-arm; then
         # shellcheck disable=SC2086
         build cortex-m7 arm-none-eabi-gcc -O2 $common $define -DNDEBUG -nostdlib -mcpu=cortex-m7 -mthumb \
             -mfloat-abi=hard -mfpu=fpv5-d16 -fno-tree-loop-distribute-patterns -Tmps2.ld \
             port_mps2.c main.c -lgcc &&
-            run $real 'arm-none-eabi-gcc Cortex-M7 under qemu' qemu-system-arm -M mps2-an500 -nographic \
+            run "$real" 'arm-none-eabi-gcc Cortex-M7 under qemu' qemu-system-arm -M mps2-an500 -nographic \
                 -monitor none -serial none -semihosting-config enable=on,target=native \
                 -kernel "$out/program"
     fi
@@ -110,9 +116,25 @@ for real in double float; do
         # shellcheck disable=SC2086
         build wasm clang --target=wasm32 -O2 $common $bare $define -DECPSIM_SQRT=$sqrt -mbulk-memory \
             -Wl,--no-entry -Wl,-z,stack-size=262144 main.c port_wasm.c &&
-            run $real 'clang WebAssembly in node' node ../wasm.js "$out/program"
+            run "$real" 'clang WebAssembly in node' node ../wasm.js "$out/program"
+    fi
+    echo "$builds $failed" >"$out/sum"
+}
+
+# side by side; a real that has left no sum has failed
+(of_real double) &
+(of_real float)
+wait
+for real in double float; do
+    if read -r made lost <"$out/$real/sum"; then
+        builds=$((builds + made))
+        failed=$((failed + lost))
+    else
+        failed=$((failed + 1))
     fi
 done
+cat "$out/double/lines" "$out/float/lines" >"$out/lines"
+cat "$out/double/all" "$out/float/all" >"$out/all"
 
 # ---- what makes other bits is told. Flags of ecp_arithmetic: excess 2, contracted 16, NaN 64
 # arithmetic MUST MAY COMPILER FLAGS...

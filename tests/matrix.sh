@@ -36,10 +36,10 @@ EOT
 # first.c has the implementation, second.c the declarations, or its own implementation with ECPSIM_STATIC
 cat >first.c <<'EOT'
 #include "hostile.h"
-#include "../../ecpsim.h"
+#include "../../../ecpsim.h"
 #define ECPSIM_IMPLEMENTATION
-#include "../../ecpsim.h"
-#include "../../ecpsim.h"
+#include "../../../ecpsim.h"
+#include "../../../ecpsim.h"
 #include "unit.h"
 UNIT(first)
 
@@ -57,8 +57,8 @@ cat >second.c <<'EOT'
 #ifdef ECPSIM_STATIC
 #define ECPSIM_IMPLEMENTATION
 #endif
-#include "../../ecpsim.h"
-#include "../../ecpsim.h"
+#include "../../../ecpsim.h"
+#include "../../../ecpsim.h"
 #include "unit.h"
 UNIT(second)
 EOT
@@ -211,11 +211,10 @@ can() {
 # ---- all of them
 
 contract=-ffp-contract=off
-: >results
-via=
-end=c
-for cc in gcc clang; do
-    here $cc || continue
+
+c_builds() {
+    cc=$1
+    here $cc || return
     for std in c99 c11; do
         # shellcheck disable=SC2086
         programs $cc -std=$std -O0 $contract $strict
@@ -241,12 +240,11 @@ for cc in gcc clang; do
     include=$($cc -print-file-name=include)
     # shellcheck disable=SC2086
     freestanding "$include" $cc -std=c99 -O1 $strict
-done
-cp first.c first.cc
-cp second.c second.cc
-end=cc
-for cxx in g++ clang++; do
-    here $cxx || continue
+}
+
+cxx_builds() {
+    cxx=$1
+    here $cxx || return
     for std in c++11 c++20; do
         # shellcheck disable=SC2086
         programs $cxx -std=$std -O0 $contract $strict
@@ -256,9 +254,43 @@ for cxx in g++ clang++; do
     include=$($cxx -print-file-name=include)
     # shellcheck disable=SC2086
     freestanding "$include" $cxx -std=c++11 -O0 $strict
+}
+
+# what two compilers of a house build, in a directory of their own
+house() {
+    mkdir $1 && cp ./*.h first.* second.* $1 && cd $1 || return
+    : >results
+    end=c
+    c_builds $1
+    end=cc
+    cxx_builds $2
+    echo $builds $warnings $failures >sum
+}
+
+cp first.c first.cc
+cp second.c second.cc
+via=
+# side by side; a house that has left no sum has failed
+house gcc g++ &
+(house clang clang++)
+wait
+for cc in gcc clang; do
+    if read -r b w f <$cc/sum; then
+        builds=$((builds + b))
+        warnings=$((warnings + w))
+        failures=$((failures + f))
+    else
+        failures=$((failures + 1))
+    fi
 done
-end=c
-if here tcc; then programs tcc -std=c99 -Wall; fi
+if here tcc; then
+    mkdir tcc && cp ./*.h first.c second.c tcc && cd tcc || exit 1
+    : >results
+    end=c
+    programs tcc -std=c99 -Wall
+    cd ..
+fi
+cat ./*/results >results
 
 # ---- the same bits in all of them
 for bits in 32 64; do

@@ -3943,7 +3943,8 @@ static void ecp_i_velocity_change(const ecp_i_motion *m, const ecp_real impulse[
 static int ecp_i_implicit_rotation(const ecp_real inertia[9], const ecp_real w0[3], ecp_real h,
                                    ecp_real w[3])
 {
-    ecp_real f[3], L[3], J[12], tau[3], x[3], size = 0, unit = 0, before = -1, t = 1; /* J: f last */
+    ecp_real f[3], L[3], J[12], tau[3], x[3]; /* J: f last */
+    ecp_real size = 0, unit = 0, before = -1, t = 1;
     int piv[3], k, i, j;
     ecp_i_copy3(w0, w);
     ecp_i_set3(0, 0, 0, x);
@@ -6815,6 +6816,45 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
     return ecp_i_island_recover(s, z, dz);
 }
 
+/* what counts as a load, in units P, and how far inside its cone an impulse is that sticks, in parts of the radius */
+#define ECP_I_LOADED ECP_R(1e-9)
+#define ECP_I_INSIDE ECP_R(1e-6)
+
+static void ecp_i_sooner(ecp_real e, ecp_real *first)
+{
+    if (*first == 0 || e < *first) *first = e;
+}
+
+/* The least e > 0 at which an impulse z + e dz ends, or one that sticks comes to the rim of its cone; 0: there is
+   none. With p = (p_n, y) the latter is the root of |y + e dy|^2 = mu^2 (p_n + e dp_n)^2. */
+static ecp_real ecp_i_island_event(const void *self, const ecp_real *z, const ecp_real *dz)
+{
+    const ecp_i_island *s = (const ecp_i_island *)self;
+    ecp_real first = 0;
+    int i, k;
+    for (i = 0; i < s->pair_count; i++) {
+        const ecp_i_pair *c = s->pairs[i];
+        int at = c->at + ecp_i_at_p(c);
+        const ecp_real *p = z + at, *d = dz + at;
+        ecp_real radius2 = c->mu * c->mu * p[0] * p[0], a = -c->mu * c->mu * d[0] * d[0],
+                 b = -c->mu * c->mu * p[0] * d[0], inside = radius2, e;
+        if (!(p[0] > ECP_I_LOADED)) continue;
+        if (d[0] < 0) ecp_i_sooner(-p[0] / d[0], &first);
+        for (k = 1; k <= ecp_i_nf(c); k++) {
+            a += d[k] * d[k];
+            b += p[k] * d[k];
+            inside -= p[k] * p[k];
+        }
+        /* a e^2 + 2 b e - inside = 0 */
+        if (!(inside > ECP_I_INSIDE * radius2)) continue;
+        e = b * b + a * inside;
+        if (!(e >= 0)) continue;
+        b += ecp_i_sqrt(e);
+        if (b > 0) ecp_i_sooner(inside / b, &first);
+    }
+    return first;
+}
+
 /* The same with the elimination of the last one, which was made at a point near by: a simplified Newton step, for a
    fraction of the work. Of one body alone there is none: all that is saved there is a small block. */
 static int ecp_i_island_again(void *self, const ecp_real *z, const ecp_real *F, ecp_real *dz)
@@ -6856,6 +6896,8 @@ typedef struct ecp_i_problem {
     int (*turn)(void *self, ecp_real *z);
     /* the same with the derivative of the last one, that was made near by; 0: none. NULL: never */
     int (*again)(void *self, const ecp_real *z, const ecp_real *F, ecp_real *dz);
+    /* how many times dz it is from z to the first event, or 0. NULL: there are none */
+    ecp_real (*event)(const void *self, const ecp_real *z, const ecp_real *dz);
     /* the k-th start (0: warm, 1 and 2: geometric, then disturbed ones); 0: no more. Of the warm one 2 says
        that nothing moves in it */
     int (*start)(void *self, int k, ecp_real *z);
@@ -6972,12 +7014,22 @@ static int ecp_i_in_haste(const ecp_i_problem *p) { return ECP_I_PAIRS && p->hur
 /* a search whose steps are damped may take as many times its limit, with many unknowns twice that */
 #define ECP_I_DAMPED_LIMIT 4
 
-/* strides begin at residuals below the first, are not longer than the second, and do not raise the
-   merit above the third; so many of them a search may take where no part of the damped step will do,
+/* strides begin at residuals below the first, are not longer than the second, do not raise the merit
+   above the third, and end at the fourth times the way to an event; so many of them a search may take where no part of the damped step will do,
    which is enough to grow a millionfold */
 #define ECP_I_STALLED ECP_R(1e-3)
 #define ECP_I_LONGEST_STRIDE ECP_R(1.0)
 #define ECP_I_STRIDE_MERIT ECP_R(1e-4)
+#define ECP_I_BEYOND_EVENT ECP_R(1.001)
+
+/* an event that is nearer than this part of the stride is one of a load that is noise. In float most are: there flush
+   crates come to rest only without */
+#ifdef ECPSIM_FLOAT
+#define ECP_I_EVENTS 0
+#else
+#define ECP_I_EVENTS ECP_I_PAIRS
+#endif
+#define ECP_I_NEAR_EVENT ECP_R(1e-3)
 #define ECP_I_STRIDES 10
 
 /* the residual from which on a warm start has a rival */
@@ -7047,7 +7099,9 @@ static ecp_real ecp_i_line_search(const ecp_i_problem *p, const ecp_real *z, ecp
    and forces that drift by contradiction / compliance in each step, until one of them ends, with its
    contact or with sticking, and the contradiction with it. Follows that drift in strides: four times as
    long as the last, or to where the secant of two strides' contradictions vanishes, back if they
-   differ in sign. Damped steps then mend the other rows. */
+   differ in sign; where bodies meet no further than just beyond the first contact that ends or begins to slip.
+   (Two at once would each undo what the other has mended, and rows of dominoes go round in a circle.) Damped
+   steps then mend the other rows. */
 static void ecp_i_take_stride(const ecp_i_problem *p, const ecp_real *z, ecp_real relax,
                               ecp_i_search *s, ecp_i_effort *effort)
 {
@@ -7064,6 +7118,11 @@ static void ecp_i_take_stride(const ecp_i_problem *p, const ecp_real *z, ecp_rea
         s->stride = 4 * (s->stride > 0 ? s->stride : size);
     }
     s->stride = ecp_i_min(s->stride, ECP_I_LONGEST_STRIDE);
+    if (ECP_I_EVENTS && p->event) {
+        ecp_real event = size * p->event(p->self, z, p->dz);
+        if (event > ECP_I_NEAR_EVENT * s->stride)
+            s->stride = ecp_i_min(s->stride, ECP_I_BEYOND_EVENT * event);
+    }
     for (i = 0; i < 10; i++) {
         ecp_i_try(p, z, s->stride / size, relax, s, effort);
         if (s->merit <= ECP_I_STRIDE_MERIT) break;
@@ -7593,6 +7652,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     p.step = ecp_i_mcp_step;
     p.again = NULL;
     p.turn = NULL;
+    p.event = NULL;
     p.start = ecp_i_mcp_start;
     p.repair = NULL;
     if (ECP_I_PAIRS) p.gather = NULL;
@@ -10896,6 +10956,7 @@ static void ecp_i_island_problem(ecp_i_island *s, ecp_real *const *vectors, ecp_
         p->large = ecp_i_island_is_large(s);
         p->again = ecp_i_island_again;
         p->turn = ecp_i_island_turn;
+        p->event = ECP_I_EVENTS && s->body_count > 1 ? ecp_i_island_event : NULL;
         p->valid = ecp_i_island_valid;
         p->gather = (ECPSIM_FALLBACKS)&ECP_FALLBACK_WORKING_SET ? ecp_i_island_gather : NULL;
         p->gathered = p->calm = 0;

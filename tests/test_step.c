@@ -1188,6 +1188,45 @@ static void test_advance_energy(ecp_world *world, int body, double h)
     CHECK(after <= bound + test_by(1e-9, 1e-3) * (1 + fabs(energy)));
 }
 
+/* The first event along a step of impulses, of two patches on planes with mu = 0.5: p_n, p_t, p_o of one, then of
+   the other. What is open, slips, or goes inwards has none. */
+static void test_step_event(void)
+{
+    static const double cases[7][13] = {
+        /* z; dz; the event */
+        {1, 0.1, 0, 0, 0, 0, 0, 0.1, 0, 0, 0, 0, 4},       /* 0.1 + 0.1 e = 0.5 */
+        {1, 0, 0, 1, 0, 0, -0.25, 0, 0, -0.5, 0, 0, 2},    /* the second ends first */
+        {1, 0.3, 0, 0, 0, 0, 0, 0, 0.1, 0, 0, 0, 4},       /* 0.3^2 + 0.4^2 = 0.5^2 */
+        {1, 0, 0.3, 2, 0, 0.8, 0, 0, -0.1, -0.1, 0, 0, 4}, /* the second at 0.8 = (2 - 0.1 e) / 2 */
+        {1, 0.5, 0, 0, 0, 0, 0.1, 0.2, 0, 0, 0, 0, 0},     /* slips, and grows */
+        {0, 0, 0, 0, 0, 0, -1, 1, 1, 1, 1, 1, 0},          /* nothing carries */
+        {1, 0.1, 0.1, 0, 0, 0, 1, 0.1, 0.1, 0, 0, 0, 0},   /* stays within its cone */
+    };
+    int k, i;
+    for (k = 0; k < 7; k++) {
+        ecp_i_island island;
+        ecp_i_pair patches[2], *list[2];
+        ecp_real z[12] = {0}, dz[12] = {0};
+        memset(&island, 0, sizeof island);
+        memset(patches, 0, sizeof patches);
+        island.pairs = list;
+        island.pair_count = 2;
+        for (i = 0; i < 2; i++) {
+            list[i] = patches + i;
+            patches[i].plane = 1;
+            patches[i].nf = 2;
+            patches[i].mu = ECP_R(0.5);
+            patches[i].at = 6 * i;
+        }
+        for (i = 0; i < 6; i++) {
+            int at = i / 3 * 6 + ecp_i_at_p(patches) + i % 3;
+            z[at] = ECP_R(cases[k][i]);
+            dz[at] = ECP_R(cases[k][6 + i]);
+        }
+        CHECK_NEAR(ecp_i_island_event(&island, z, dz), cases[k][12], test_by(1e-12, 1e-5));
+    }
+}
+
 /* the size of the gyroscopic moment that a step of h takes of a body that turns, times h, by its momentum */
 static double test_gyroscopic(const ecp_real inertia[9], const ecp_real w[3], ecp_real h)
 {
@@ -3290,6 +3329,7 @@ static void test_step(void)
     test_step_unions();
     test_step_balls();
     test_step_resting();
+    test_step_event();
     test_step_implicit_rotation();
     test_step_drops();
     test_step_drops_on_box();

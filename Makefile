@@ -1,5 +1,5 @@
 # make run     builds and runs the paper's examples
-# make test    the tests, with every compiler that is here: about half an hour
+# make test    the tests, with every compiler that is here: on two cores about three quarters of an hour
 # make stress  three million steps of extreme scenes in double, and as many in float (stress-quick: a sample;
 #              build/stress advance: a sample by ecp_advance)
 # make order   error and cost of ecp_advance against closed forms, for tolerances 1e-3 .. 1e-10

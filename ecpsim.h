@@ -6820,13 +6820,14 @@ static int ecp_i_island_step(void *self, const ecp_real *z, const ecp_real *F, e
 #define ECP_I_LOADED ECP_R(1e-9)
 #define ECP_I_INSIDE ECP_R(1e-6)
 
+/* lowers *first to e; 0 is none yet */
 static void ecp_i_sooner(ecp_real e, ecp_real *first)
 {
     if (*first == 0 || e < *first) *first = e;
 }
 
 /* The least e > 0 at which an impulse z + e dz ends, or one that sticks comes to the rim of its cone; 0: there is
-   none. With p = (p_n, y) the latter is the root of |y + e dy|^2 = mu^2 (p_n + e dp_n)^2. */
+   none. Of a search along impulses that drift (ecp_i_take_stride). With p = (p_n, y) the latter is the root of |y + e dy|^2 = mu^2 (p_n + e dp_n)^2. */
 static ecp_real ecp_i_island_event(const void *self, const ecp_real *z, const ecp_real *dz)
 {
     const ecp_i_island *s = (const ecp_i_island *)self;
@@ -7014,23 +7015,23 @@ static int ecp_i_in_haste(const ecp_i_problem *p) { return ECP_I_PAIRS && p->hur
 /* a search whose steps are damped may take as many times its limit, with many unknowns twice that */
 #define ECP_I_DAMPED_LIMIT 4
 
-/* strides begin at residuals below the first, are not longer than the second, do not raise the merit
-   above the third, and end at the fourth times the way to an event; so many of them a search may take where no part of the damped step will do,
+/* strides begin at residuals below the first, are not longer than the second, and do not raise the
+   merit above the third; so many of them a search may take where no part of the damped step will do,
    which is enough to grow a millionfold */
 #define ECP_I_STALLED ECP_R(1e-3)
 #define ECP_I_LONGEST_STRIDE ECP_R(1.0)
 #define ECP_I_STRIDE_MERIT ECP_R(1e-4)
-#define ECP_I_BEYOND_EVENT ECP_R(1.001)
+#define ECP_I_STRIDES 10
 
-/* an event that is nearer than this part of the stride is one of a load that is noise. In float most are: there flush
-   crates come to rest only without */
+/* a stride goes to the first times the way to an event, but not to one that is nearer than the second part of it: that
+   is of a load which is noise. In float most are, so none is looked at there (flush crates would not come to rest) */
+#define ECP_I_BEYOND_EVENT ECP_R(1.001)
+#define ECP_I_NEAR_EVENT ECP_R(1e-3)
 #ifdef ECPSIM_FLOAT
 #define ECP_I_EVENTS 0
 #else
 #define ECP_I_EVENTS ECP_I_PAIRS
 #endif
-#define ECP_I_NEAR_EVENT ECP_R(1e-3)
-#define ECP_I_STRIDES 10
 
 /* the residual from which on a warm start has a rival */
 #define ECP_I_BAD_START ECP_R(1e-2)

@@ -167,7 +167,8 @@
    step has left it exactly as it was. It wakes when something that matters to it changes: a load on a
    body of it that is not zero, or a state that is not the one it has (ecp_body_set_state with NULLs
    only wakes it and does nothing else), of what it lies on too; a shape, a filter or a material of these; a body
-   that is taken away, or whose motion may reach it within the step; gravity, h, or an option. A step
+   that is taken away, or whose motion may reach it within the step; gravity, h, or an option; ecp_advance() wakes all.
+   A step
    that is left out would have given the same bits, so sleep changes no bit of any body or contact at
    any time: it only saves time. (So an island that takes iterations of a bounded number,
    options.max_total_iterations, does not sleep: the others would find more of them left.) Contacts of
@@ -177,8 +178,8 @@
    A STEP AS A TEST
    ecp_dump() writes the step to come as a C function that makes the same world, bit for bit, and does
    the step: for a test, or for a report of a step that is not solved. With these fields of
-   ecp_options every ecp_step that ends in ECP_NOT_SOLVED writes itself (a program that does not name
-   ecp_dump is 7 kB smaller):
+   ecp_options every ecp_step that ends in ECP_NOT_SOLVED writes itself (ecp_dump is 7 kB of code, and it
+   names all shapes):
 
        static void put(void *file, const char *text) { fputs(text, (FILE *)file); }
        ...
@@ -189,8 +190,13 @@
    ERRORS
    Every call that can fail returns ecp_status: zero is success, ecp_status_string() a sentence.
    Bad input (NaN, negative sizes, a tetrahedron that is open, ...) always gets its own status and
-   changes nothing. A step fails with ECP_NOT_SOLVED, or with ECP_CAPACITY where the description was
-   too small; ecp_report then says at which body or shapes, with which value, against which limit.
+   changes nothing. Of every call: NULL where nothing says that it may be is ECP_BAD_POINTER, NaN or an infinite
+   number ECP_NOT_FINITE, an index where there is nothing ECP_BAD_INDEX, a quaternion without a length
+   ECP_BAD_ROTATION; what adds to the world, takes from it or steps it within a callback of ecp_advance() is
+   ECP_BAD_OPTION. The declarations say what else there is. (Calls that return a number give 0 for NULL.)
+   A step fails with ECP_NOT_SOLVED, with ECP_CAPACITY where the description was too small, or with ECP_NOT_FINITE
+   where its numbers grow out of range; ecp_report then says at which body or shapes, with which value, against
+   which limit.
 
    UNITS AND FRAMES
    SI units or any consistent ones. Right-handed world frame; no axis is special. Body frames have
@@ -318,7 +324,8 @@ typedef double ecp_real;
 #endif
 
 /* Every result of a public call. Zero is success; a call that returns anything else has changed
-   nothing but its report, and the vertex buffer of ecp_shape_polytope. ecp_status_string() gives the sentence. */
+   nothing but its report, the vertex buffer of ecp_shape_polytope and the memory of ecp_mcp_solve (and ecp_dump may
+   have written some of its text). ecp_status_string() gives the sentence. */
 #define ECP_STATUS_LIST(X)                                                                         \
     X(ECP_OK, 0, "success")                                                                        \
     X(ECP_NOT_SOLVED, -1, "the equations were not solved within the limits; all is as it was")     \
@@ -343,7 +350,9 @@ typedef double ecp_real;
     X(ECP_MEMORY_SMALL, -17, "the memory block is smaller than the memsize function says")         \
     X(ECP_MEMORY_ALIGN, -18, "the memory block is not aligned to 8 bytes")                         \
     X(ECP_CAPACITY, -19, "a capacity of the description or the buffer is used up")                 \
-    X(ECP_TOLERANCE, -20, "the tolerance is below what rounding leaves")
+    X(ECP_TOLERANCE, -20, "the tolerance is below what rounding leaves")                           \
+    X(ECP_BAD_SUPPORT, -21,                                                                        \
+      "a support point is not the farthest of its shape's, or farther away than the radius")
 
 typedef enum ecp_status {
 #define ECP_I_ENUM(name, value, text) name = value,
@@ -444,7 +453,8 @@ ECP_DEF void ecp_quat_advance(const ecp_real q[4], const ecp_real w[3], ecp_real
    f_i is a length in metres, and its gradient has unit length where f_i = 0 bounds the solid, so a
    multiplier of f_i is a component of the unit normal, whatever the size of the shape. The f_i are
    finite, and continuously differentiable, inside and outside the solid, because Newton's method
-   walks through both.
+   walks through both. (The sets f_i <= 0 are convex, the f_i need not be; and a gradient whose length is
+   not one, but the same within a factor of ten over the surface, costs iterations only.)
 
      kind         f_i, in this order                                          m   size[]
      half-space   n.x - c                                                     1   n, c
@@ -493,10 +503,12 @@ typedef struct ecp_shape_class {
     void (*eval)(const ecp_shape *s, const ecp_real x[3], ecp_real *f, ecp_real *g);
 
     /* Overwrites H (3 x 3, row major, symmetric) with sum_i l[i] Hess f_i(x). This pointer is NULL
-       when all f_i are affine. */
+       when all f_i are affine. An H that is not exact costs iterations, and one without its larger terms the
+       solution. */
     void (*hess)(const ecp_shape *s, const ecp_real x[3], const ecp_real *l, ecp_real H[9]);
 
-    /* Writes a point of the solid that is farthest along the unit vector n. Where n is within
+    /* Writes a point of the solid that is farthest along the unit vector n, and that to rounding: by it steps are
+       checked for penetration, and a face that is found 1e-9 of its size too far in is not solved. Where n is within
        `flat` of the normal of a face, or of a direction normal to an edge or a generator, it is the
        middle of that face, edge or generator. `flat` is the sine of an angle, 0 <= flat < 0.5; zero
        leaves only ties (of a polytope: ties to rounding). */
@@ -582,7 +594,11 @@ ECP_DEF ecp_status ecp_shape_polytope(ecp_shape *s, const ecp_real *planes, int 
    ball about it that holds the solid. cls->eval and cls->support must be there (ECP_BAD_POINTER);
    cls->hess is NULL if all f_i are affine; cls->mass may be NULL, and then ecp_shape_mass() gives
    no mass and no inertia. `cls` and `user` are kept by pointer; `user` may be NULL and is never read by the library.
-   Fewer than one inequality gives ECP_BAD_SIZE. That the functions are convex is not checked. */
+   Fewer than one inequality gives ECP_BAD_SIZE. The class is tried along the six directions of the axes, so that
+   `user` must be ready: a support point that is farther from `centre` than `radius`, or nearer along its direction
+   than another one, is ECP_BAD_SUPPORT, and one that is no number ECP_NOT_FINITE. That the solid is convex, that eval
+   and support mean the same one, and derivatives are not checked. Keep the frame's origin near the solid: from some
+   sizes away on (in float; some hundreds in double) what is rounded costs steps. */
 ECP_DEF ecp_status ecp_shape_convex(ecp_shape *s, const ecp_shape_class *cls, int inequalities,
                                     const ecp_real centre[3], ecp_real radius, const void *user);
 
@@ -612,13 +628,13 @@ ECP_DEF void ecp_mass_add(ecp_mass *total, const ecp_mass *part, const ecp_real 
 typedef struct ecp_world ecp_world;
 
 typedef struct ecp_world_desc {
-    int max_bodies;       /* all kinds together */
-    int max_shapes;       /* posed primitives, over all bodies */
-    int max_patches;      /* pairs of primitives near enough to touch within one step */
-    int max_inequalities; /* of the two primitives of one patch together; a box has 6 */
-    ecp_real gravity[3];  /* m/s^2, world frame */
-    size_t solver_bytes;  /* work memory for the elimination; 0: ecp_world_memsize() estimates it */
-    int advance_order; /* the highest order of ecp_advance, 2 to 12, and memory for it; 0: none */
+    int max_bodies;  /* all kinds together */
+    int max_shapes;  /* posed primitives, over all bodies */
+    int max_patches; /* pairs of primitives near enough to touch within one step */
+    int max_inequalities; /* of the two primitives of one patch together, half-spaces none; a box has 6 */
+    ecp_real gravity[3]; /* m/s^2, world frame */
+    size_t solver_bytes; /* work memory for the elimination; 0: ecp_world_memsize() estimates it */
+    int advance_order;   /* the highest order of ecp_advance, 2 to 12, and memory for it; 0: none */
 } ecp_world_desc;
 
 /* 8 bodies, 32 shapes, 16 patches of up to 12 inequalities, gravity (0, 0, -9.8). Most of it is work
@@ -635,7 +651,8 @@ ECP_DEF ecp_world_desc ecp_world_desc_default(void);
 ECP_DEF size_t ecp_world_memsize(const ecp_world_desc *desc);
 
 /* Lays out an empty world in mem (at least memsize bytes, aligned to 8) and stores its address, mem
-   itself, in *world. The block is the caller's to free. */
+   itself, in *world. The block is the caller's to free. ECP_BAD_OPTION where ecp_world_memsize() gives 0,
+   ECP_MEMORY_ALIGN and ECP_MEMORY_SMALL where it is of mem. */
 ECP_DEF ecp_status ecp_world_init(ecp_world **world, const ecp_world_desc *desc, void *mem,
                                   size_t bytes);
 
@@ -661,11 +678,11 @@ typedef enum ecp_body_kind {
 /* A body's frame has its origin at the centre of mass. */
 typedef struct ecp_body_desc {
     ecp_body_kind kind;
-    ecp_real mass;                /* kg; of dynamic bodies only, nobody looks at that of others */
-    ecp_real inertia[9];          /* kg m^2, about the centre of mass, body axes, row major */
-    ecp_real position[3];         /* of the centre of mass, m, world */
-    ecp_real rotation[4];         /* quaternion (w, x, y, z), body to world; normalised for you */
-    ecp_real velocity[3];         /* of the centre of mass, m/s, world; static bodies have none */
+    ecp_real mass;        /* kg; of dynamic bodies only, nobody looks at that of others */
+    ecp_real inertia[9];  /* kg m^2, about the centre of mass, body axes, row major */
+    ecp_real position[3]; /* of the centre of mass, m, world */
+    ecp_real rotation[4]; /* quaternion (w, x, y, z), body to world; normalised for you */
+    ecp_real velocity[3]; /* of the centre of mass, m/s, world; a static body's are ignored */
     ecp_real angular_velocity[3]; /* rad/s, world ("spatial angular velocity" of the paper) */
 } ecp_body_desc;
 
@@ -673,7 +690,8 @@ typedef struct ecp_body_desc {
 ECP_DEF ecp_body_desc ecp_body_desc_default(void);
 
 /* Adds a body; its index goes to *body (if not NULL). It is the lowest one that is free: counted from
-   0 in the order of the calls, as long as no body is removed. */
+   0 in the order of the calls, as long as no body is removed. ECP_CAPACITY where the world is full; of dynamic bodies
+   also ECP_BAD_MASS, ECP_BAD_INERTIA, ECP_BAD_INERTIA_TRIANGLE; ECP_BAD_KIND where kind is none. */
 ECP_DEF ecp_status ecp_body_add(ecp_world *world, const ecp_body_desc *desc, int *body);
 
 /* Removes a body and its shapes, between steps. All other bodies and shapes keep their indices and
@@ -704,15 +722,17 @@ ECP_DEF ecp_material ecp_material_default(void);
    (planes and vertices of a polytope, user data) is not and must outlive the world. The index, the
    lowest free one over all bodies, goes to *shape_index (if not NULL). Primitives of one body never
    touch each other. ECP_CAPACITY where the world is full, or one primitive has more inequalities than
-   the description allows for two. */
+   the description allows for two (two primitives that meet and have more are ECP_CAPACITY of the step); ECP_BAD_KIND of
+   a half-space on a dynamic body; ECP_BAD_FRICTION, ECP_BAD_ELLIPSOID of a material. */
 ECP_DEF ecp_status ecp_body_add_shape(ecp_world *world, int body, const ecp_shape *shape,
                                       const ecp_real position[3], const ecp_real rotation[4],
                                       const ecp_material *material, int *shape_index);
 
 /* A body's state; every pointer may be NULL. In set, NULL keeps what is there, and so do values that get has given,
    to the last bit: they leave a sleeping body asleep. Setting the velocity of a kinematic body is how it is driven;
-   a static body takes a pose only. Bodies that are put into each other are parted in the next step and fly on with
-   depth / h each, which adds up along a row. */
+   a static body takes a pose only (ECP_BAD_KIND where a velocity is not zero). Bodies that are put into each other are
+   parted in the next step and fly on with depth / h each, which adds up along a row. The history of its contacts and
+   the loads on it stay: to begin anew with the same bits copy a snapshot back, or remove all bodies and add them. */
 ECP_DEF ecp_status ecp_body_get_state(const ecp_world *world, int body, ecp_real position[3],
                                       ecp_real rotation[4], ecp_real velocity[3],
                                       ecp_real angular_velocity[3]);
@@ -722,7 +742,9 @@ ECP_DEF ecp_status ecp_body_set_state(ecp_world *world, int body, const ecp_real
 
 /* Loads on a dynamic body: forces (N), torques (N m) and impulses (N s, N m s) in world axes, at a world point (NULL:
    the centre of mass). They add up, act in the next step that succeeds (forces over its h, impulses at once) and are
-   then cleared: of two shorter steps in place of one that was not solved, the second needs its forces again. */
+   then cleared: of two shorter steps in place of one that was not solved, the second needs its forces again.
+   ecp_body_clear_loads() takes back all that has not acted yet. ECP_BAD_KIND where the body is not dynamic,
+   ECP_NOT_FINITE also where the sum is not. */
 ECP_DEF ecp_status ecp_body_apply_force(ecp_world *world, int body, const ecp_real force[3],
                                         const ecp_real *point);
 ECP_DEF ecp_status ecp_body_apply_torque(ecp_world *world, int body, const ecp_real torque[3]);
@@ -730,9 +752,10 @@ ECP_DEF ecp_status ecp_body_apply_impulse(ecp_world *world, int body, const ecp_
                                           const ecp_real *point);
 ECP_DEF ecp_status ecp_body_apply_angular_impulse(ecp_world *world, int body,
                                                   const ecp_real impulse[3]);
+ECP_DEF ecp_status ecp_body_clear_loads(ecp_world *world, int body);
 
 /* The primitive with this index, its body, and its pose in the world: position, and the rotation as a 3 x 3 matrix,
-   row major. Every pointer may be NULL. */
+   row major. Every pointer may be NULL. *shape is in the world's block, good until the body is removed. */
 ECP_DEF ecp_status ecp_shape_get(const ecp_world *world, int shape_index, const ecp_shape **shape,
                                  int *body, ecp_real position[3], ecp_real rotation[9]);
 
@@ -746,7 +769,8 @@ ECP_DEF ecp_status ecp_shape_set_filter(ecp_world *world, int shape_index, uint3
                                         uint32_t collides_with);
 
 /* Gives a primitive another material (NULL: the default) from the next step on: a floor that turns to ice,
-   a gripper whose pads get wet. The material is copied; one that is refused, or is there already, changes nothing. */
+   a gripper whose pads get wet. The material is copied; one that is refused (ECP_BAD_FRICTION,
+   ECP_BAD_ELLIPSOID), or is there already, changes nothing. */
 ECP_DEF ecp_status ecp_shape_set_material(ecp_world *world, int shape_index,
                                           const ecp_material *material);
 
@@ -876,7 +900,9 @@ typedef struct ecp_report {
    be NULL (the defaults), report may be NULL. On any status but ECP_OK the whole block is bit for
    bit as it was. Bodies move by h times their velocity at the end of the step, up to the rounding of the
    gaps between them: the velocities that are kept balance the impulses. (Where bodies lie on bodies and nothing
-   moves, what gaps are granted stays in the impulses reported: in float some 1e-3 of the load.) */
+   moves, what gaps are granted stays in the impulses reported: in float some 1e-3 of the load.)
+   ECP_BAD_STEP of an h that is not positive, ECP_BAD_OPTION of options, ECP_NOT_SOLVED, ECP_CAPACITY, and
+   ECP_NOT_FINITE where a pose or a turn h |w| grows out of range (its square overflows). */
 ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *options,
                             ecp_report *report);
 
@@ -884,7 +910,8 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
    point, kept in the frame of the primitive that the contact report calls A. It matters for the rule
    ECP_NEAREST, takes the place of the pair's last solution, and uses one of max_patches. ECP_BAD_KIND
    where the two can make no patch: on one body, or neither on a dynamic one; ECP_BAD_INDEX also where they are the
-   same one. The pair's contact is no longer among ecp_contact_get()'s until the next step. */
+   same one; ECP_CAPACITY where max_patches are in use. The pair's contact is no longer among ecp_contact_get()'s until
+   the next step. */
 ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
                                  const ecp_real point[3]);
 
@@ -1029,7 +1056,8 @@ typedef struct ecp_printed {
     ecp_real largest;
 } ecp_printed;
 
-/* ECP_CAPACITY where the description has more than 64 inequalities. */
+/* ECP_CAPACITY where the description has more than 64 inequalities, ECP_BAD_INDEX where the two have other numbers of
+   bodies or shapes, ECP_BAD_STEP of an h that is not positive. */
 ECP_DEF ecp_status ecp_printed_residual(const ecp_world *before, const ecp_world *after, ecp_real h,
                                         ecp_printed *printed);
 
@@ -1068,7 +1096,8 @@ ECP_DEF size_t ecp_mcp_memsize(int n, int m);
 /* Solves the problem from the start in z, and leaves the solution there. options (tolerance: of the
    largest component of the Fischer-Burmeister residual; NULL: the defaults) and report may be NULL.
    If it is not solved, z is as it was. The report is written if the status is ECP_OK or
-   ECP_NOT_SOLVED. mem: ecp_mcp_memsize(n, m) bytes, aligned to 8. */
+   ECP_NOT_SOLVED. mem: ecp_mcp_memsize(n, m) bytes, aligned to 8 (ECP_MEMORY_SMALL, ECP_MEMORY_ALIGN).
+   ECP_BAD_OPTION of n and m where that is 0, and of options. */
 ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *options, ecp_real *z,
                                  void *mem, size_t bytes, ecp_mcp_report *report);
 
@@ -3076,10 +3105,41 @@ ECP_DEF ecp_status ecp_shape_polytope(ecp_shape *s, const ecp_real *planes, int 
     return ECP_OK;
 }
 
+/* by how much of its radius a class may err when it is tried: this is to find mistakes, not rounding */
+#ifdef ECPSIM_FLOAT
+#define ECP_I_SUPPORT_ERROR ECP_R(1e-4)
+#else
+#define ECP_I_SUPPORT_ERROR ECP_R(1e-6)
+#endif
+
+/* Are the support points along the axes within the radius, and each the farthest of them along its direction? */
+static ecp_status ecp_i_try_support(const ecp_shape *s)
+{
+    ecp_real x[6][3], from[3], slack = ECP_I_SUPPORT_ERROR * (s->radius + ecp_i_norm(s->centre));
+    int i, j;
+    for (i = 0; i < 6; i++) {
+        ecp_real n[3] = {0, 0, 0};
+        n[i / 2] = i % 2 ? ECP_R(-1) : ECP_R(1);
+        s->cls->support(s, n, 0, x[i]);
+        if (!ecp_i_all_finite(3, x[i])) return ECP_NOT_FINITE;
+        ecp_i_sub(x[i], s->centre, from);
+        if (!(ecp_i_norm(from) <= s->radius + slack)) return ECP_BAD_SUPPORT;
+    }
+    for (i = 0; i < 6; i++) {
+        for (j = 0; j < 6; j++) {
+            ecp_real ahead = x[j][i / 2] - x[i][i / 2];
+            if (!((i % 2 ? -ahead : ahead) <= slack)) return ECP_BAD_SUPPORT;
+        }
+    }
+    return ECP_OK;
+}
+
 ECP_DEF ecp_status ecp_shape_convex(ecp_shape *s, const ecp_shape_class *cls, int inequalities,
                                     const ecp_real centre[3], ecp_real radius, const void *user)
 {
     const ecp_real size[4] = {0, 0, 0, 0};
+    ecp_shape shape;
+    ecp_status status;
 
     if (s == NULL || cls == NULL || centre == NULL || cls->eval == NULL || cls->support == NULL) {
         return ECP_BAD_POINTER;
@@ -3090,10 +3150,12 @@ ECP_DEF ecp_status ecp_shape_convex(ecp_shape *s, const ecp_shape_class *cls, in
     if (inequalities < 1 || radius <= ECP_R(0) || !ecp_i_measurable(radius)) {
         return ECP_BAD_SIZE;
     }
-    ecp_i_shape_set(s, cls, ECP_CONVEX, inequalities, size, radius);
-    ecp_i_copy3(centre, s->centre);
-    s->user = user;
-    return ECP_OK;
+    ecp_i_shape_set(&shape, cls, ECP_CONVEX, inequalities, size, radius);
+    ecp_i_copy3(centre, shape.centre);
+    shape.user = user;
+    status = ecp_i_try_support(&shape);
+    if (status == ECP_OK) *s = shape;
+    return status;
 }
 
 /* ---- bounds and mass */
@@ -3714,7 +3776,10 @@ ECP_DEF ecp_status ecp_body_set_state(ecp_world *world, int body, const ecp_real
         (angular_velocity && !ecp_i_all_finite(3, angular_velocity))) {
         return ECP_NOT_FINITE;
     }
-    if (b->kind == ECP_STATIC && (velocity || angular_velocity)) return ECP_BAD_KIND;
+    if (b->kind == ECP_STATIC && ((velocity && !ecp_i_is_zero(velocity)) ||
+                                  (angular_velocity && !ecp_i_is_zero(angular_velocity)))) {
+        return ECP_BAD_KIND;
+    }
     other = ecp_i_put3(position, b->x, b->x_carry);
     other |= ecp_i_put3(velocity, b->v, b->v_carry);
     other |= ecp_i_put3(angular_velocity, b->v + 3, b->v_carry + 3);
@@ -3776,6 +3841,18 @@ ECP_DEF ecp_status ecp_body_apply_angular_impulse(ecp_world *world, int body,
                                                   const ecp_real impulse[3])
 {
     return ecp_i_apply(world, body, NULL, NULL, impulse, 1);
+}
+
+ECP_DEF ecp_status ecp_body_clear_loads(ecp_world *world, int body)
+{
+    ecp_i_body *b;
+    if (!world) return ECP_BAD_POINTER;
+    b = ecp_i_find_body(world, body);
+    if (!b) return ECP_BAD_INDEX;
+    if (b->kind != ECP_DYNAMIC) return ECP_BAD_KIND;
+    ECPSIM_MEMSET(b->force, 0, sizeof b->force);
+    ECPSIM_MEMSET(b->impulse, 0, sizeof b->impulse);
+    return ECP_OK;
 }
 
 ECP_DEF ecp_status ecp_shape_get(const ecp_world *world, int shape_index, const ecp_shape **shape,
@@ -4274,12 +4351,19 @@ static void ecp_i_from_b(const ecp_i_pair *c, ecp_real origin[3], ecp_real rel[3
     ecp_i_sub(rel, origin, rel);
 }
 
+/* what counts for the rounding of a point at r from a body's centre of mass, and on a primitive of it: how far it is
+   from there, or the primitive's own origin, where that is farther away */
+static ecp_real ecp_i_arm(const ecp_i_part *part, const ecp_real r[3])
+{
+    return ecp_i_max(ecp_i_norm(r), ecp_i_norm(part->position));
+}
+
 /* The gap of a over the half-space {x : size.x <= size[3]} at the beginning of the step; zero when it
    is no more than its rounding error. */
 static void ecp_i_plane_gap_before(ecp_i_pair *c)
 {
     const ecp_real *size = c->b->shape.size;
-    ecp_real origin[3], rel[3], local[3], arm = ecp_i_norm(c->ra0);
+    ecp_real origin[3], rel[3], local[3], arm = ecp_i_arm(c->a, c->ra0);
     ecp_i_from_b(c, origin, rel);
     ecp_i_mul(c->b->rotation, size, local);
     ecp_i_mul(c->mb->R0, local, c->N0);
@@ -4375,7 +4459,7 @@ static ecp_real ecp_i_row_gap(const ecp_i_pair *c)
 /* what adding up positions rounds in the gap of a pair whose ECP is seen from A at ra, from B at rb */
 static ecp_real ecp_i_gap_rounding(const ecp_i_pair *c, const ecp_real ra[3], const ecp_real rb[3])
 {
-    return ECP_I_EPSILON * (ecp_i_norm(c->offset) + ecp_i_norm(ra) + ecp_i_norm(rb));
+    return ECP_I_EPSILON * (ecp_i_norm(c->offset) + ecp_i_arm(c->a, ra) + ecp_i_arm(c->b, rb));
 }
 
 /* How many of these the gap of bodies that are posed flush is granted: rotations are rounded as well, and that moves
@@ -7023,10 +7107,10 @@ static int ecp_i_in_haste(const ecp_i_problem *p) { return ECP_I_PAIRS && p->hur
 #define ECP_I_STRIDE_MERIT ECP_R(1e-4)
 #define ECP_I_STRIDES 10
 
-/* a stride goes to the first times the way to an event, but not to one that is nearer than the second part of it: that
-   is of a load which is noise. In float most are, so none is looked at there (flush crates would not come to rest) */
+/* Every other stride goes to this times the way to an event at the most; with all of them a search may never get past
+   events of loads that are noise. In float most are, so none is looked at there (flush crates on lifts would not come
+   to rest). */
 #define ECP_I_BEYOND_EVENT ECP_R(1.001)
-#define ECP_I_NEAR_EVENT ECP_R(1e-3)
 #ifdef ECPSIM_FLOAT
 #define ECP_I_EVENTS 0
 #else
@@ -7038,11 +7122,12 @@ static int ecp_i_in_haste(const ecp_i_problem *p) { return ECP_I_PAIRS && p->hur
 
 /* a search in progress: ecp_i_aim and ecp_i_content; the last merits; the compliance; the length of the last
    stride, and what it was to mend; the lowest merit, and for how many iterations none was lower; how many strides
-   it took where no part of a step would do, and iterations for the sake of friction alone */
+   it took where no part of a step would do, and iterations for the sake of friction alone; whether the last stride
+   was one that goes to an event */
 typedef struct ecp_i_search {
     ecp_real aim, content, merits[ECP_I_MEMORY], slack, merit, fine, compliance, stride, miss,
         lowest;
-    int age, strides, granted;
+    int age, strides, granted, to_event;
 } ecp_i_search;
 
 static void ecp_i_evaluate(const ecp_i_problem *p, const ecp_real *z, ecp_real relax,
@@ -7100,7 +7185,7 @@ static ecp_real ecp_i_line_search(const ecp_i_problem *p, const ecp_real *z, ecp
    and forces that drift by contradiction / compliance in each step, until one of them ends, with its
    contact or with sticking, and the contradiction with it. Follows that drift in strides: four times as
    long as the last, or to where the secant of two strides' contradictions vanishes, back if they
-   differ in sign; where bodies meet no further than just beyond the first contact that ends or begins to slip.
+   differ in sign; every other one no further than just beyond the first contact that ends or begins to slip.
    (Two at once would each undo what the other has mended, and rows of dominoes go round in a circle.) Damped
    steps then mend the other rows. */
 static void ecp_i_take_stride(const ecp_i_problem *p, const ecp_real *z, ecp_real relax,
@@ -7121,8 +7206,8 @@ static void ecp_i_take_stride(const ecp_i_problem *p, const ecp_real *z, ecp_rea
     s->stride = ecp_i_min(s->stride, ECP_I_LONGEST_STRIDE);
     if (ECP_I_EVENTS && p->event) {
         ecp_real event = size * p->event(p->self, z, p->dz);
-        if (event > ECP_I_NEAR_EVENT * s->stride)
-            s->stride = ecp_i_min(s->stride, ECP_I_BEYOND_EVENT * event);
+        s->to_event = !s->to_event;
+        if (s->to_event && event > 0) s->stride = ecp_i_min(s->stride, ECP_I_BEYOND_EVENT * event);
     }
     for (i = 0; i < 10; i++) {
         ecp_i_try(p, z, s->stride / size, relax, s, effort);
@@ -7216,7 +7301,7 @@ static void ecp_i_begin_search(const ecp_i_problem *p, ecp_i_search *s)
     s->slack = ECP_I_PAIRS && p->calm ? ECP_R(0) : ECP_I_SLACK;
     s->fine = 1;
     s->compliance = s->stride = s->miss = 0;
-    s->age = s->strides = s->granted = 0;
+    s->age = s->strides = s->granted = s->to_event = 0;
 }
 
 /* Steps of which no part will do are damped more; returns how many iterations that may take in all. */
@@ -10957,7 +11042,7 @@ static void ecp_i_island_problem(ecp_i_island *s, ecp_real *const *vectors, ecp_
         p->large = ecp_i_island_is_large(s);
         p->again = ecp_i_island_again;
         p->turn = ecp_i_island_turn;
-        p->event = ECP_I_EVENTS && s->body_count > 1 ? ecp_i_island_event : NULL;
+        p->event = ECP_I_EVENTS ? ecp_i_island_event : NULL;
         p->valid = ecp_i_island_valid;
         p->gather = (ECPSIM_FALLBACKS)&ECP_FALLBACK_WORKING_SET ? ecp_i_island_gather : NULL;
         p->gathered = p->calm = 0;

@@ -51,12 +51,10 @@ contract=-ffp-contract=off
 echo 'int main(void) { return 0; }' >"$out/empty.c"
 ${c_compilers##* } $contract "$out/empty.c" -o "$out/empty" 2>/dev/null || contract=
 
-# ---- the builds: one line each, `compiler flags`. -O2 without asserts, as a user would ship it
+# ---- the builds: one line each, `compiler flags`, what takes longest first. -O2 without asserts, as a user
+#      would ship it
 
 for cc in $c_compilers; do
-    echo "$cc -std=c99 -O0"
-    echo "$cc -std=c99 -O2 -DNDEBUG"
-    echo "$cc -std=c99 -O2 -DECPSIM_FLOAT"
     echo 'int main(void) { return 0; }' >"$out/empty.c"
     # shellcheck disable=SC2086
     if $cc $sanitize "$out/empty.c" -o "$out/empty" 2>/dev/null && "$out/empty" 2>/dev/null; then
@@ -66,10 +64,9 @@ for cc in $c_compilers; do
         echo "skipped: $cc has no sanitizers" >&2
     fi
 done >"$out/builds"
-for cxx in $cxx_compilers; do
-    echo "$cxx -x c++ -std=c++11 -O0"
-    echo "$cxx -x c++ -std=c++11 -O2 -DNDEBUG"
-    echo "$cxx -x c++ -std=c++11 -O2 -DECPSIM_FLOAT"
+for flags in -O0 '-O2 -DNDEBUG' '-O2 -DECPSIM_FLOAT'; do
+    for cc in $c_compilers; do echo "$cc -std=c99 $flags"; done
+    for cxx in $cxx_compilers; do echo "$cxx -x c++ -std=c++11 $flags"; done
 done >>"$out/builds"
 builds=$(wc -l <"$out/builds")
 
@@ -101,17 +98,23 @@ run_build() {
     echo "$flags: $last"
 }
 
-# two at a time: the odd lines and the even ones
-run_every_other() {
-    n=$1
+# as many at a time as there are cores; each takes the next line that no other has
+cores=$(getconf _NPROCESSORS_ONLN 2>/dev/null) || cores=2
+run_what_is_left() {
+    n=1
     while [ "$n" -le "$builds" ]; do
-        run_build "$n"
-        n=$((n + 2))
+        if mkdir "$out/taken.$n" 2>/dev/null; then run_build "$n"; fi
+        n=$((n + 1))
     done
 }
-run_every_other 1 &
-run_every_other 2
+begin=$(date +%s)
+worker=1
+while [ "$worker" -le "$cores" ]; do
+    run_what_is_left &
+    worker=$((worker + 1))
+done
 wait
+echo "part builds: $(($(date +%s) - begin)) s"
 n=1
 while [ $n -le "$builds" ]; do
     if read -r p _ f _ <"$out/$n.sum"; then
@@ -443,16 +446,11 @@ test_fuzz() {
 }
 
 if [ -z "$filter" ]; then
-    test_stress
-    test_order
-    test_without
-    test_fuzz
-    test_hashes
-    test_links
-    test_symbols
-    test_dump
-    test_example_files
-    test_example_results
+    for part in stress order without fuzz hashes links symbols dump example_files example_results; do
+        begin=$(date +%s)
+        test_$part
+        echo "part $part: $(($(date +%s) - begin)) s"
+    done
 fi
 
 echo "$passed passed, $failed failed"

@@ -1301,8 +1301,33 @@ static void shapes_ball_support(const ecp_shape *s, const ecp_real n[3], ecp_rea
     ecp_i_set3(ECP_R(1) + r * n[0], r * n[1], r * n[2], x);
 }
 
+/* ways to get it wrong: the wrong sign, what is no number, and an answer to one direction that is beyond the others */
+static void shapes_inside_out(const ecp_shape *s, const ecp_real n[3], ecp_real flat, ecp_real x[3])
+{
+    ecp_real back[3];
+    ecp_i_scale(-1, n, back);
+    shapes_ball_support(s, back, flat, x);
+}
+
+static void shapes_no_support(const ecp_shape *s, const ecp_real n[3], ecp_real flat, ecp_real x[3])
+{
+    shapes_ball_support(s, n, flat, x);
+    if (n[1] < 0) x[2] = (ecp_real)NAN;
+}
+
+static void shapes_lopsided(const ecp_shape *s, const ecp_real n[3], ecp_real flat, ecp_real x[3])
+{
+    shapes_ball_support(s, n, flat, x);
+    if (n[2] > 0) x[2] *= ECP_R(0.5);
+    if (n[0] > 0) x[2] += ECP_R(0.375);
+}
+
 static void test_shape_convex(void)
 {
+    const ecp_shape_class inside_out = {shapes_ball_eval, NULL, shapes_inside_out, NULL},
+                          none = {shapes_ball_eval, NULL, shapes_no_support, NULL},
+                          lopsided = {shapes_ball_eval, NULL, shapes_lopsided, NULL};
+    ecp_shape before;
     const ecp_shape_class ball = {shapes_ball_eval, NULL, shapes_ball_support, NULL};
     const ecp_real centre[3] = {ECP_R(1), 0, 0}, r = ECP_R(0.5);
     ecp_real lo[3], hi[3];
@@ -1316,6 +1341,18 @@ static void test_shape_convex(void)
     CHECK(lo[0] == ECP_R(0.5) && hi[0] == ECP_R(1.5) && lo[2] == ECP_R(-0.5));
     ecp_shape_mass(&s, ECP_R(9), &m);
     CHECK(m.mass == 0 && m.inertia[0] == 0 && m.inertia[8] == 0 && m.centre[0] == ECP_R(1));
+
+    /* mistakes that six support points show */
+    memcpy(&before, &s, sizeof s);
+    CHECK(ecp_shape_convex(&s, &inside_out, 1, centre, r, &r) == ECP_BAD_SUPPORT);
+    CHECK(ecp_shape_convex(&s, &none, 1, centre, r, &r) == ECP_NOT_FINITE);
+    CHECK(ecp_shape_convex(&s, &lopsided, 1, centre, ECP_R(0.7), &r) == ECP_BAD_SUPPORT);
+    CHECK(ecp_shape_convex(&s, &ball, 1, centre, ECP_R(0.499), &r) == ECP_BAD_SUPPORT);
+    CHECK(ecp_shape_convex(&s, &ball, 1, lo, r, &r) == ECP_BAD_SUPPORT);
+    CHECK(memcmp(&before, &s, sizeof s) == 0);
+    /* a radius as large as can be, and any within rounding of the least */
+    CHECK(ecp_shape_convex(&s, &ball, 1, centre, 1000, &r) == ECP_OK);
+    CHECK(ecp_shape_convex(&s, &ball, 1, centre, r * (1 - 4 * ECP_I_EPSILON), &r) == ECP_OK);
 }
 
 static void test_shapes(void)

@@ -2959,6 +2959,62 @@ static void test_step_nearly_flush(void)
     CHECK(refused <= test_by(0, 6));
 }
 
+/* Two balls of the caller's own class whose frame is far from them, by 200 radii (float: 2), one over the other: what
+   is rounded in a frame so far away is not for Newton to mend. */
+static const ecp_real step_far[3] = {(ecp_real)(sizeof(ecp_real) == sizeof(double) ? 30 : 0.3), 0,
+                                     0};
+#define STEP_FAR_RADIUS ECP_R(0.15)
+
+static void step_far_eval(const ecp_shape *s, const ecp_real x[3], ecp_real *f, ecp_real *g)
+{
+    ecp_real d[3];
+    (void)s;
+    ecp_i_sub(x, step_far, d);
+    f[0] = (ecp_i_dot(d, d) - STEP_FAR_RADIUS * STEP_FAR_RADIUS) / (2 * STEP_FAR_RADIUS);
+    if (g) ecp_i_scale(1 / STEP_FAR_RADIUS, d, g);
+}
+
+static void step_far_hess(const ecp_shape *s, const ecp_real x[3], const ecp_real *l, ecp_real H[9])
+{
+    (void)s;
+    (void)x;
+    memset(H, 0, 9 * sizeof *H);
+    H[0] = H[4] = H[8] = l[0] / STEP_FAR_RADIUS;
+}
+
+static void step_far_support(const ecp_shape *s, const ecp_real n[3], ecp_real flat, ecp_real x[3])
+{
+    (void)s;
+    (void)flat;
+    ecp_i_axpy(step_far, STEP_FAR_RADIUS, n, x);
+}
+
+static void test_step_far_frame(void)
+{
+    static const ecp_shape_class far_ball = {step_far_eval, step_far_hess, step_far_support, NULL};
+    ecp_world *w = test_world(NULL);
+    ecp_shape ball;
+    ecp_material m = ecp_material_default();
+    int i, k, most = 0;
+    m.e_r = ECP_R(0.01);
+    test_ground(w, 0, 0, 1, &m);
+    CHECK(ecp_shape_convex(&ball, &far_ball, 1, step_far, STEP_FAR_RADIUS, NULL) == ECP_OK);
+    for (i = 1; i < 3; i++) {
+        ecp_real q[4];
+        test_body(w, ECP_DYNAMIC, 14, 0.126, 0.126, 0.126, 0, 0, 0.5 * i - 0.2);
+        test_attach(w, i, &ball, -(double)step_far[0], 0, 0, &m);
+        for (k = 0; k < 4; k++) q[k] = (ecp_real)test_random();
+        CHECK(ecp_body_set_state(w, i, NULL, q, NULL, NULL) == ECP_OK);
+    }
+    for (k = 0; k < 100; k++) {
+        ecp_report r;
+        CHECK(ecp_step(w, ECP_R(0.01), NULL, &r) == ECP_OK);
+        if (r.iterations > most) most = r.iterations;
+    }
+    CHECK(most <= 50);
+    free(w);
+}
+
 /* A cylinder and a box that slide on their faces and spin, by 0.7 rad in a step, with and without friction against the
    spin: the pressure stays where it is and does not turn with the body. From an ECP that had turned each step took the
    geometric start, after 20 to 140 iterations. */
@@ -3349,6 +3405,7 @@ static void test_step(void)
     test_step_sharp_wedge();
     test_step_slope();
     test_step_nearly_flush();
+    test_step_far_frame();
     test_step_puck();
     test_step_crates();
     test_step_crates_carried();

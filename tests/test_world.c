@@ -107,7 +107,7 @@ static void world_test_strings(void)
 #undef WORLD_STATUS
     };
     int count = (int)(sizeof all / sizeof *all), i, j;
-    CHECK(count == 21);
+    CHECK(count == 22);
     CHECK(ECP_OK == 0);
     for (i = 0; i < count; i++) {
         CHECK(strlen(ecp_status_string(all[i])) > 0);
@@ -382,6 +382,8 @@ static void world_test_state(void)
         CHECK(got_q[0] == 0 && got_q[2] == 0);
     }
     CHECK(ecp_body_set_state(f.world, f.ground, v, NULL, NULL, NULL) == ECP_OK);
+    CHECK(ecp_body_set_state(f.world, f.ground, v, NULL, zero, zero) ==
+          ECP_OK); /* as get gives it */
     CHECK(ecp_body_get_state(f.world, f.ground, got, NULL, NULL, NULL) == ECP_OK);
     CHECK(memcmp(got, v, sizeof v) == 0);
     world_free(&f);
@@ -510,7 +512,7 @@ static void world_test_shapes(void)
 static void world_test_bad_loads(void)
 {
     world_fixture f;
-    ecp_real v[3] = {1, 2, 3}, most[3], aside[3];
+    ecp_real v[3] = {1, 2, 3}, most[3], aside[3] = {0, 10, 0};
     static const int bad_index[4] = {-1, 3, INT_MAX, INT_MIN};
     int i, k, which;
     world_setup(&f);
@@ -519,12 +521,14 @@ static void world_test_bad_loads(void)
     WORLD_REFUSED(&f, ecp_body_apply_torque(f.world, f.box, NULL), ECP_BAD_POINTER);
     WORLD_REFUSED(&f, ecp_body_apply_impulse(f.world, f.box, NULL, NULL), ECP_BAD_POINTER);
     WORLD_REFUSED(&f, ecp_body_apply_angular_impulse(f.world, f.box, NULL), ECP_BAD_POINTER);
+    WORLD_REFUSED(&f, ecp_body_clear_loads(NULL, f.box), ECP_BAD_POINTER);
     for (i = 0; i < 4; i++) {
         int b = bad_index[i];
         WORLD_REFUSED(&f, ecp_body_apply_force(f.world, b, v, NULL), ECP_BAD_INDEX);
         WORLD_REFUSED(&f, ecp_body_apply_torque(f.world, b, v), ECP_BAD_INDEX);
         WORLD_REFUSED(&f, ecp_body_apply_impulse(f.world, b, v, v), ECP_BAD_INDEX);
         WORLD_REFUSED(&f, ecp_body_apply_angular_impulse(f.world, b, v), ECP_BAD_INDEX);
+        WORLD_REFUSED(&f, ecp_body_clear_loads(f.world, b), ECP_BAD_INDEX);
     }
     for (i = 0; i < 2; i++) {
         int b = i ? f.rail : f.ground;
@@ -532,7 +536,17 @@ static void world_test_bad_loads(void)
         WORLD_REFUSED(&f, ecp_body_apply_torque(f.world, b, v), ECP_BAD_KIND);
         WORLD_REFUSED(&f, ecp_body_apply_impulse(f.world, b, v, v), ECP_BAD_KIND);
         WORLD_REFUSED(&f, ecp_body_apply_angular_impulse(f.world, b, v), ECP_BAD_KIND);
+        WORLD_REFUSED(&f, ecp_body_clear_loads(f.world, b), ECP_BAD_KIND);
     }
+    /* loads that are taken back leave nothing */
+    CHECK(ecp_body_apply_force(f.world, f.box, v, NULL) == ECP_OK);
+    CHECK(ecp_body_apply_impulse(f.world, f.box, v, aside) == ECP_OK);
+    CHECK(!ecp_i_is_zero(ecp_i_bodies(f.world)[f.box].force));
+    CHECK(ecp_body_clear_loads(f.world, f.box) == ECP_OK);
+    CHECK(ecp_i_is_zero(ecp_i_bodies(f.world)[f.box].force));
+    CHECK(ecp_i_is_zero(ecp_i_bodies(f.world)[f.box].impulse));
+    CHECK(ecp_i_is_zero(ecp_i_bodies(f.world)[f.box].impulse + 3));
+    memcpy(f.copy, f.world, f.bytes);
     for (which = 0; which < 3; which++) {
         for (k = 0; k < 3; k++) {
             ecp_real bad[3] = {1, 1, 1};

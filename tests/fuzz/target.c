@@ -374,6 +374,10 @@ static void other(machine *m, input *in)
             after(m, ecp_shape_set_material(w, j, which & 128 ? NULL : &material));
             break;
         }
+        if (which & 128) {
+            after(m, ecp_body_clear_loads(w, i));
+            break;
+        }
         after(m, ecp_shape_get(w, j, &s, &i, v, NULL));
         break;
     default:

@@ -4191,7 +4191,8 @@ typedef struct ecp_i_pair {
     ecp_i_motion *carried;         /* the body that rests on the other, against gravity */
     struct ecp_i_pair *next_below; /* of the patches that carry the same body */
     unsigned char may_stick;       /* friction does not slip, as the last centring step saw it */
-    unsigned char held;            /* friction is left on its limit by centring steps */
+    unsigned char held,
+        open;   /* friction is left on its limit, impulses at zero, by centring steps */
     int placed; /* set when fa, ga and what ecp_i_pair_place finds belong to a_local */
     /* the turns of A (ecp_i_motion) for which Qa, turned and ra hold; of B, for which Qb holds, and
        the normal and tangents of a half-space; 0: none */
@@ -4764,9 +4765,9 @@ static void ecp_i_pair_slopes(ecp_i_pair *c, ecp_real h, ecp_real kink, ecp_i_sl
     int idles = ECP_I_CENTRING && ecp_i_abs(p) < kink && ecp_i_abs(d) < kink * h * c->V;
     ecp_i_fb(p, d / (h * c->V) + ecp_i_relax(c) * p, ecp_i_relax(c), &s->p, &s->d);
     if (idles) {
-        /* centring: a contact that touches without a load may take one */
-        s->p = 0;
-        s->d = 1;
+        /* centring: a contact that touches without a load may take one, or stays so, as the patch is told */
+        s->p = c->open;
+        s->d = 1 - s->p;
     }
     if (ecp_i_moves_a(c)) s->on_a = -1 / (c->ma->mass * c->ma->speed);
     if (ecp_i_moves_b(c)) s->on_b = 1 / (c->mb->mass * c->mb->speed);
@@ -4777,6 +4778,13 @@ static void ecp_i_pair_slopes(ecp_i_pair *c, ecp_real h, ecp_real kink, ecp_i_sl
     if (ecp_i_nf(c) == 0) return;
     ecp_i_cone_project(c, ecp_i_rho(c), &s->cone);
     s->rest = s->cone.taken;
+    if (idles && c->open) {
+        s->rest = s->outer = 1;
+        s->on_limit = 1;
+        s->radius = 0;
+        c->may_stick = 0;
+        return;
+    }
     c->may_stick = s->rest < kink || (idles && ecp_i_norm(c->slip) < kink);
     if (ECP_I_CENTRING && c->may_stick) {
         /* centring: friction at its limit that does not slip leaves it or stays there, as the patch is told, and where
@@ -10599,6 +10607,7 @@ static int ecp_i_hold_friction(const ecp_i_island *s, const ecp_real *z, const e
         const ecp_real *y = z + c->at + ecp_i_at_p(c), *dy = dz + c->at + ecp_i_at_p(c);
         ecp_real inside = 0, ahead = 0, bend = 0, root;
         if (ecp_i_nf(c) == 0 || c->held || !c->may_stick) continue;
+        if (ecp_i_body_count(s) == 1 && y[0] < ecp_i_kink(1) / 2) continue;
         /* |y + t dy|^2 = mu^2 (p + t dp)^2 at t = inside / root */
         for (k = 0; k <= ecp_i_nf(c); k++) {
             ecp_real sign = k > 0 ? ECP_R(1) : -c->mu * c->mu;
@@ -10621,6 +10630,30 @@ static int ecp_i_hold_friction(const ecp_i_island *s, const ecp_real *z, const e
     return more;
 }
 
+/* Impulses that are zero, and that a centring step would make negative. With friction this is the apex of a cone, and
+   what the step asks for says nothing about its rays: first a little of the one along its friction is tried, at the
+   limit; what would end there as well stays at zero. How many there are is returned. */
+static int ecp_i_hold_open(const ecp_i_island *s, ecp_real *z, const ecp_real *dz)
+{
+    ecp_real little = ecp_i_kink(1) / 2;
+    int i, k, more = 0;
+    for (i = 0; ecp_i_body_count(s) == 1 && i < s->pair_count; i++) {
+        ecp_i_pair *c = s->pairs[i];
+        ecp_real *y = z + c->at + ecp_i_at_p(c), size = 0;
+        const ecp_real *dy = dz + c->at + ecp_i_at_p(c);
+        if (c->open || !(y[0] + dy[0] < 0 && y[0] < -ECP_I_REACHED * dy[0])) continue;
+        for (k = 1; k <= ecp_i_nf(c); k++) size += dy[k] * dy[k];
+        c->open = c->held || !(size > 0) || !(y[0] < little);
+        c->held = !c->open;
+        if (c->held) {
+            y[0] = little;
+            for (k = 1; k <= ecp_i_nf(c); k++) y[k] = c->mu * little * dy[k] / ecp_i_sqrt(size);
+        }
+        more++;
+    }
+    return more;
+}
+
 /* Newton steps with the slopes of F from here on (ecp_i_multiplier_row) */
 static void ecp_i_untilt(const ecp_i_island *s)
 {
@@ -10628,10 +10661,10 @@ static void ecp_i_untilt(const ecp_i_island *s)
     for (i = 0; i < s->pair_count; i++) s->pairs[i]->tilt = 1;
 }
 
-static void ecp_i_release_friction(const ecp_i_island *s)
+static void ecp_i_free_impulses(const ecp_i_island *s)
 {
     int i;
-    for (i = 0; i < s->pair_count; i++) s->pairs[i]->held = 0;
+    for (i = 0; i < s->pair_count; i++) s->pairs[i]->held = s->pairs[i]->open = 0;
 }
 
 /* Along a limit of friction, which is curved, whole steps go to and fro about their end. From the step before, of which
@@ -10694,8 +10727,8 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
 {
     ecp_real size, before = 0, t = 1, pace, part;
     ecp_real most = ecp_i_max(step->o->tolerance, effort->size.largest);
-    int round, i, more, held = 0, asked = 0, idle = 0, large = ecp_i_is_large(p);
-    ecp_i_release_friction(s);
+    int round, i, more, held = 0, asked = 0, moved = 0, idle = 0, large = ecp_i_is_large(p);
+    ecp_i_free_impulses(s);
     ecp_i_untilt(s); /* what rests turns no more, and its ECPs are near their rims */
     for (round = 0; round < 20; round++) {
         s->centring = 1;
@@ -10715,6 +10748,10 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
         }
         part = pace = before > 0 ? ecp_i_centring_pace(s, z, best, p->dz, t) : ECP_R(1);
         more = ecp_i_hold_friction(s, z, p->dz, &part);
+        if (more == 0 && ecp_i_hold_open(s, z, p->dz) > 0) {
+            p->residual(s, z, 0, p->F, &effort->size);
+            more = 1;
+        }
         held += more;
         if (more > 0) continue;
         if (before > 0) idle = 2 * size > before ? idle + (large ? ECP_I_TO_AND_FRO : 1) : 0;
@@ -10727,10 +10764,14 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
         for (i = 0; i < p->n; i++) z[i] += t * p->dz[i];
         if (ecp_i_newton(p, 0, step->o->tolerance, large ? 3 : 10, 0, z, effort) &&
             effort->size.largest <= most) {
-            if (size <= ecp_i_sqrt(step->o->tolerance) / 10) {
+            if (size > ecp_i_sqrt(step->o->tolerance) / 10) {
+                moved = 1;
+            } else {
                 /* is there what would rather leave its limit? */
-                if (held == 0 || asked++) return 1;
-                ecp_i_release_friction(s);
+                if (held == 0 || (asked && !moved)) return 1;
+                asked = 1;
+                moved = 0;
+                ecp_i_free_impulses(s);
                 held = 0;
             }
             if (!(t > 0)) return 0;

@@ -7193,7 +7193,8 @@ static ecp_real ecp_i_line_search(const ecp_i_problem *p, const ecp_real *z, ecp
    and forces that drift by contradiction / compliance in each step, until one of them ends, with its
    contact or with sticking, and the contradiction with it. Follows that drift in strides: four times as
    long as the last, or to where the secant of two strides' contradictions vanishes, back if they
-   differ in sign; every other one no further than just beyond the first contact that ends or begins to slip.
+   differ in sign; where bodies meet, every other one no further than just beyond the first contact that ends or begins
+   to slip.
    (Two at once would each undo what the other has mended, and rows of dominoes go round in a circle.) Damped
    steps then mend the other rows. */
 static void ecp_i_take_stride(const ecp_i_problem *p, const ecp_real *z, ecp_real relax,
@@ -11083,7 +11084,7 @@ static void ecp_i_island_problem(ecp_i_island *s, ecp_real *const *vectors, ecp_
         p->large = ecp_i_island_is_large(s);
         p->again = ecp_i_island_again;
         p->turn = ecp_i_island_turn;
-        p->event = ECP_I_EVENTS ? ecp_i_island_event : NULL;
+        p->event = ECP_I_EVENTS && s->body_count > 1 ? ecp_i_island_event : NULL;
         p->valid = ecp_i_island_valid;
         p->gather = (ECPSIM_FALLBACKS)&ECP_FALLBACK_WORKING_SET ? ecp_i_island_gather : NULL;
         p->gathered = p->calm = 0;

@@ -1032,7 +1032,7 @@ typedef struct ecp_advance_report {
 
    On any status but ECP_OK the whole block is bit for bit as it was: ECP_CAPACITY where the
    description has not this order, ECP_TOLERANCE where the tolerance is below what rounding leaves (16
-   times that of the base steps, or 64 rounding units of the distance from the origin over L),
+   times that of the base steps, or 64 rounding units times 1 + the distance from the origin over L),
    ECP_BAD_STEP for a negative duration or a pace or a longest step that is nothing beside it, ECP_BAD_OPTION (also
    within its own callback), ECP_NOT_FINITE, and those of ecp_step. */
 ECP_DEF ecp_status ecp_advance(ecp_world *world, ecp_real duration,

@@ -3263,7 +3263,8 @@ static void test_step_niche(void)
     }
     printf("niches in %s: %d of 60 centred in both\n",
            sizeof(ecp_real) == sizeof(double) ? "double" : "float", both);
-    CHECK(both >= (int)test_by(20, 5));
+    /* impulses that end are held at zero: without that 31, and 8 in float */
+    CHECK(both >= (int)test_by(45, 12));
 }
 
 /* Eight cubes, flush, fall together: those across an edge or a corner of the grid make no patch. Two that meet edge on

@@ -306,6 +306,7 @@ typedef double ecp_real;
 #define ecp_body_apply_torque ecp_f32_body_apply_torque
 #define ecp_body_apply_impulse ecp_f32_body_apply_impulse
 #define ecp_body_apply_angular_impulse ecp_f32_body_apply_angular_impulse
+#define ecp_body_clear_loads ecp_f32_body_clear_loads
 #define ecp_shape_get ecp_f32_shape_get
 #define ecp_shape_set_filter ecp_f32_shape_set_filter
 #define ecp_shape_set_material ecp_f32_shape_set_material

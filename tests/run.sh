@@ -299,14 +299,23 @@ test_dump() {
 
 lines_below() { [ "$(wc -l <"$1")" -lt "$2" ]; }
 
+# an example by every C compiler, side by side
+every_compiler() {
+    jobs=
+    code=0
+    for compiler in $c_compilers; do
+        # shellcheck disable=SC2086
+        $compiler -std=c99 -O2 $warn -I. "$1" -o "$out/example.$compiler" -lm &
+        jobs="$jobs $!"
+    done
+    for job in $jobs; do wait "$job" || code=1; done
+    return $code
+}
+
 test_example_files() {
     for file in examples/*.c; do
         check "$file has under 150 lines" lines_below "$file" 150
-        for compiler in $c_compilers; do
-            # shellcheck disable=SC2086
-            check "$file with $compiler" $compiler -std=c99 -O2 $warn -I. "$file" \
-                -o "$out/example" -lm
-        done
+        check "$file with$c_compilers" every_compiler "$file"
     done
 }
 

@@ -168,8 +168,7 @@
    body of it that is not zero, or a state that is not the one it has (ecp_body_set_state with NULLs
    only wakes it and does nothing else), of what it lies on too; a shape, a filter or a material of these; a body
    that is taken away, or whose motion may reach it within the step; gravity, h, or an option; ecp_advance() wakes all.
-   A step
-   that is left out would have given the same bits, so sleep changes no bit of any body or contact at
+   A step that is left out would have given the same bits, so sleep changes no bit of any body or contact at
    any time: it only saves time. (So an island that takes iterations of a bounded number,
    options.max_total_iterations, does not sleep: the others would find more of them left.) Contacts of
    bodies that sleep are there as always; ecp_report.asleep counts the bodies. Only what the library
@@ -4192,8 +4191,8 @@ typedef struct ecp_i_pair {
     ecp_i_motion *carried;         /* the body that rests on the other, against gravity */
     struct ecp_i_pair *next_below; /* of the patches that carry the same body */
     unsigned char may_stick;       /* friction does not slip, as the last centring step saw it */
-    unsigned char held,
-        open;   /* friction is left on its limit, impulses at zero, by centring steps */
+    unsigned char held;            /* friction is left on its limit by centring steps */
+    unsigned char open;            /* the impulse is left at zero by them */
     int placed; /* set when fa, ga and what ecp_i_pair_place finds belong to a_local */
     /* the turns of A (ecp_i_motion) for which Qa, turned and ra hold; of B, for which Qb holds, and
        the normal and tangents of a half-space; 0: none */
@@ -4780,6 +4779,7 @@ static void ecp_i_pair_slopes(ecp_i_pair *c, ecp_real h, ecp_real kink, ecp_i_sl
     ecp_i_cone_project(c, ecp_i_rho(c), &s->cone);
     s->rest = s->cone.taken;
     if (idles && c->open) {
+        /* without an impulse there is no friction */
         s->rest = s->outer = 1;
         s->on_limit = 1;
         s->radius = 0;
@@ -10599,7 +10599,8 @@ static void ecp_i_island_load(void *self, ecp_real share)
 
 /* Friction that sticks, and that a centring step would take beyond its limit: where it has reached that it is held
    there, and where not, *part, of the step, is cut to end there. How many are held now that were not? (Without a load
-   the cone has no surface yet: a step that leaves it from its apex is Newton's to bring back.) */
+   the cone has no surface yet: a step that leaves it from its apex is ecp_i_hold_open's to judge, or Newton's to bring
+   back.) */
 static int ecp_i_hold_friction(const ecp_i_island *s, const ecp_real *z, const ecp_real *dz,
                                ecp_real *part)
 {
@@ -10634,7 +10635,8 @@ static int ecp_i_hold_friction(const ecp_i_island *s, const ecp_real *z, const e
 
 /* Impulses that are zero, and that a centring step would make negative. With friction this is the apex of a cone, and
    what the step asks for says nothing about its rays: first a little of the one along its friction is tried, at the
-   limit; what would end there as well stays at zero. How many there are is returned. */
+   limit; what would end there as well stays at zero. How many are held, or tried, now that were not? z is a solution no
+   more where it is not 0. */
 static int ecp_i_hold_open(const ecp_i_island *s, ecp_real *z, const ecp_real *dz)
 {
     ecp_real little = ecp_i_kink(1) / 2;
@@ -10730,42 +10732,50 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
     ecp_real size, before = 0, t = 1, pace, part;
     ecp_real most = ecp_i_max(step->o->tolerance, effort->size.largest);
     int round, i, more, held = 0, asked = 0, moved = 0, idle = 0, large = ecp_i_is_large(p);
+    /* z is no solution, `best` was the last one; the step leads too far from a primitive for one */
+    int astray = 0, lost = 0;
     ecp_i_free_impulses(s);
     ecp_i_untilt(s); /* what rests turns no more, and its ECPs are near their rims */
     for (round = 0; round < 20; round++) {
         s->centring = 1;
         i = p->step(s, z, p->F, 1, 0, p->dz);
         s->centring = 0;
-        if (!i) return 0;
+        if (!i) break;
         if (ECP_I_ASKS_AGAIN && !s->many && held == 0) return 1;
         step->r->centring_rounds++;
         for (i = 0, size = 0; i < s->pair_count; i++) {
             const ecp_i_pair *c = s->pairs[i];
             const ecp_real *dy = p->dz + c->at;
             ecp_real way = ecp_i_largest(3, dy);
-            /* there is no solution that far from the primitive */
-            if (way * c->L > 4 * c->a->shape.radius) return 0;
+            lost |= way * c->L > 4 * c->a->shape.radius;
             size =
                 ecp_i_max(size, ecp_i_max(way, ecp_i_largest(1 + ecp_i_nf(c), dy + ecp_i_at_p(c))));
         }
+        if (lost) break;
         part = pace = before > 0 ? ecp_i_centring_pace(s, z, best, p->dz, t) : ECP_R(1);
         more = ecp_i_hold_friction(s, z, p->dz, &part);
-        if (more == 0 && ecp_i_hold_open(s, z, p->dz) > 0) {
-            p->residual(s, z, 0, p->F, &effort->size);
-            more = 1;
-        }
         held += more;
         if (more > 0) continue;
+        if (!astray) ecp_i_copy(p->n, z, best);
+        more = ecp_i_hold_open(s, z, p->dz);
+        if (more > 0) {
+            p->residual(s, z, 0, p->F, &effort->size);
+            held += more;
+            astray = 1;
+            before = 0;
+            continue;
+        }
         if (before > 0) idle = 2 * size > before ? idle + (large ? ECP_I_TO_AND_FRO : 1) : 0;
-        if (idle >= ECP_I_TO_AND_FRO) return 0;
+        if (idle >= ECP_I_TO_AND_FRO) break;
         t = ecp_i_centring_length(s, z, p->dz, part);
         if (t < part) idle++;
         /* one that is cut says nothing of the next one */
         before = t < pace && !large ? ECP_R(0) : size;
-        ecp_i_copy(p->n, z, best);
         for (i = 0; i < p->n; i++) z[i] += t * p->dz[i];
+        astray = 1;
         if (ecp_i_newton(p, 0, step->o->tolerance, large ? 3 : 10, 0, z, effort) &&
             effort->size.largest <= most) {
+            astray = 0;
             if (size > ecp_i_sqrt(step->o->tolerance) / 10) {
                 moved = 1;
             } else {
@@ -10776,12 +10786,13 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
                 ecp_i_free_impulses(s);
                 held = 0;
             }
-            if (!(t > 0)) return 0;
-            continue;
+            if (t > 0) continue;
         }
+        break;
+    }
+    if (astray) {
         ecp_i_copy(p->n, best, z);
         p->residual(s, z, 0, p->F, &effort->size);
-        return 0;
     }
     return 0;
 }

@@ -3015,6 +3015,39 @@ static void test_step_far_frame(void)
     free(w);
 }
 
+/* A body on four legs that is shaken, so that centring often gives up after it has tried this and that: what it leaves
+   must be the solution it began with, or another as good. (For a day a trial impulse stayed in it.) */
+static void test_step_shaken(void)
+{
+    ecp_world *w = test_world(NULL);
+    ecp_material m = test_material(0.5, 1, 1, 0);
+    ecp_shape leg;
+    double worst = 0;
+    int i, k, given_up = 0;
+    test_ground(w, 0, 0, 1, &m);
+    test_body(w, ECP_DYNAMIC, 2, 0.03, 0.05, 0.06, 0, 0, 0.2);
+    CHECK(ecp_shape_cylinder(&leg, ECP_R(0.03), ECP_R(0.1)) == ECP_OK);
+    for (i = 0; i < 4; i++)
+        test_attach(w, 1, &leg, i & 1 ? 0.2 : -0.2, i & 2 ? 0.15 : -0.15, -0.1, &m);
+    for (k = 0; k < 400; k++) {
+        ecp_real force[3], torque[3];
+        ecp_report r;
+        for (i = 0; i < 3; i++) {
+            force[i] = (ecp_real)(8 * test_random());
+            torque[i] = (ecp_real)(1.5 * test_random());
+        }
+        CHECK(ecp_body_apply_force(w, 1, force, NULL) == ECP_OK);
+        CHECK(ecp_body_apply_torque(w, 1, torque) == ECP_OK);
+        CHECK(ecp_step(w, ECP_R(0.01), NULL, &r) == ECP_OK);
+        if (!r.centred) given_up++;
+        worst = fmax(worst, (double)r.natural_residual);
+    }
+    CHECK(given_up >= 20);
+    /* the tolerance, and in float ten of them, which are the floors */
+    CHECK(worst <= test_by(1e-12, 1e-4));
+    free(w);
+}
+
 /* A cylinder and a box that slide on their faces and spin, by 0.7 rad in a step, with and without friction against the
    spin: the pressure stays where it is and does not turn with the body. From an ECP that had turned each step took the
    geometric start, after 20 to 140 iterations. */
@@ -3407,6 +3440,7 @@ static void test_step(void)
     test_step_slope();
     test_step_nearly_flush();
     test_step_far_frame();
+    test_step_shaken();
     test_step_puck();
     test_step_crates();
     test_step_crates_carried();

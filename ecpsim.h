@@ -784,7 +784,7 @@ typedef enum ecp_rule {
     ECP_NEAREST  /* the one Newton reaches from the guess, the last step's solution */
 } ecp_rule;
 
-/* The ways out when Newton stalls from the warm start, tried in the order WORKING_SET, GEOMETRIC, CONTINUATION, LOAD,
+/* The ways out when Newton stalls from the warm start, tried in the order WORKING_SET, GEOMETRIC, LOAD, CONTINUATION,
    MULTISTART, CHORD, SUBSTEPS (their numbers are not the order). Where three bodies and more meet, sub-steps are
    tried right after ECP_FALLBACK_GEOMETRIC (in large heaps ECP_FALLBACK_CONTINUATION), and the others after them. */
 enum {
@@ -3385,26 +3385,28 @@ static int *ecp_i_take_ints(ecp_i_arena *arena, int count)
     return (int *)ecp_i_take(arena, (size_t)count, sizeof(int));
 }
 
+/* what begins so many bytes after the head of the block: part of the caller's block, which is not const */
+static void *ecp_i_inside(const ecp_world *w, size_t at) { return (void *)((uintptr_t)w + at); }
+
 static ecp_i_body *ecp_i_bodies(const ecp_world *w)
 {
-    return (ecp_i_body *)(void *)((unsigned char *)w + w->bodies_at);
+    return (ecp_i_body *)ecp_i_inside(w, w->bodies_at);
 }
 
 static ecp_i_part *ecp_i_parts(const ecp_world *w)
 {
-    return (ecp_i_part *)(void *)((unsigned char *)w + w->parts_at);
+    return (ecp_i_part *)ecp_i_inside(w, w->parts_at);
 }
 
 static ecp_i_patch *ecp_i_patches(const ecp_world *w)
 {
-    return (ecp_i_patch *)(void *)((unsigned char *)w + w->patches_at);
+    return (ecp_i_patch *)ecp_i_inside(w, w->patches_at);
 }
 
 /* the multipliers of patch number i */
 static ecp_real *ecp_i_multipliers(const ecp_world *w, int i)
 {
-    return (ecp_real *)(void *)((unsigned char *)w + w->multipliers_at) +
-           i * w->desc.max_inequalities;
+    return (ecp_real *)ecp_i_inside(w, w->multipliers_at) + i * w->desc.max_inequalities;
 }
 
 /* the part of the block that a snapshot needs; offsets go to *w */
@@ -7010,6 +7012,7 @@ typedef struct ecp_i_problem {
     int velocities; /* so many unknowns come first that say how velocities change; 0: there are none */
     int large;      /* ecp_i_island_is_large */
     int hurries;    /* the chain ends with the first three starts (ecp_i_hurries) */
+    int patient;    /* else a search that crawls goes on: three bodies and more */
     int gathered; /* the last step was solved by p->gather: so is this one, if it can be */
     int calm;     /* no merit above the first is let pass */
 } ecp_i_problem;
@@ -7065,6 +7068,10 @@ static ecp_real ecp_i_content(ecp_real tolerance)
 
 static int ecp_i_is_large(const ecp_i_problem *p) { return ECP_I_PAIRS && p->large; }
 static int ecp_i_in_haste(const ecp_i_problem *p) { return ECP_I_PAIRS && p->hurries; }
+static int ecp_i_is_patient(const ecp_i_problem *p, ecp_real relax)
+{
+    return !ecp_i_in_haste(p) && (relax > 0 || (ECP_I_PAIRS && p->patient));
+}
 
 /* how many of the last merits a new one may compare itself with */
 #define ECP_I_MEMORY 4
@@ -7075,8 +7082,9 @@ static int ecp_i_in_haste(const ecp_i_problem *p) { return ECP_I_PAIRS && p->hur
 #define ECP_I_SHORTEST_STEP ECP_R(1e-5)
 
 /* A search whose merit has not come a tenth below its lowest for so many iterations goes round in a
-   circle: after each good step a bad one is let pass, because of one as bad before the good one. In
-   haste it ends if its compliance is as large as this: more iterations seldom help then. */
+   circle: after each good step a bad one is let pass, because of one as bad before the good one. It
+   crawls if its compliance is as large as this, and ends, as more iterations seldom help then; but not of a
+   relaxed problem, nor of three bodies and more unless in haste, where it may be the only way. */
 #define ECP_I_STALE 8
 #define ECP_I_STALE_COMPLIANCE ECP_R(0.1)
 
@@ -7403,8 +7411,8 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             s.fine = ecp_i_max(ecp_i_min(s.fine / 10, 100 * now->error), now->error / 10);
         }
         s.merits[k % ECP_I_MEMORY] = s.merit;
-        if ((ecp_i_is_large(p) || ecp_i_in_haste(p)) && ecp_i_circles(&s)) {
-            if (ecp_i_in_haste(p) && s.compliance >= ECP_I_STALE_COMPLIANCE) break;
+        if (ecp_i_circles(&s)) {
+            if (!ecp_i_is_patient(p, relax) && s.compliance >= ECP_I_STALE_COMPLIANCE) break;
             /* the next step compares itself with this one alone */
             for (i = 0; ecp_i_is_large(p) && i < ECP_I_MEMORY; i++) s.merits[i] = s.merit;
         }
@@ -7533,9 +7541,9 @@ static int ecp_i_takes(const ecp_i_problem *p, int solved, int still)
     return solved && (!ECP_I_PAIRS || still || !p->valid || p->valid(p->self));
 }
 
-/* The chain of attempts: Newton from the warm and the two geometric starts; from the second of these
-   continuation in the relaxation, with care; the load grown from rest; then the other starts, by Newton
-   (fully relaxed all starts lead to one solution). */
+/* The chain of attempts: Newton from the warm and the two geometric starts; the load grown from rest; from the second
+   geometric start continuation in the relaxation, with care; then the other starts, by Newton (fully relaxed all
+   starts lead to one solution). */
 static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *o, ecp_real *z,
                        ecp_i_effort *effort)
 {
@@ -7552,13 +7560,13 @@ static int ecp_i_solve(const ecp_i_problem *p, const ecp_options *o, ecp_real *z
             if (ecp_i_takes(p, solved, k == 0 && warm > 1 && effort->iterations == 0)) return 1;
         }
         if (k == 2 && ecp_i_in_haste(p)) break;
+        if (k == 2 && ecp_i_may(o, ECP_FALLBACK_LOAD) && p->load) {
+            solved = ecp_i_ramp(p, o->tolerance, limit, z, effort);
+            if (ecp_i_takes(p, solved, 0)) return 1;
+        }
         if (k == 2 && ecp_i_may(o, ECP_FALLBACK_CONTINUATION)) {
             p->start(p->self, k, z);
             solved = ecp_i_continue(p, o->tolerance, limit, z, effort);
-            if (ecp_i_takes(p, solved, 0)) return 1;
-        }
-        if (k == 2 && ecp_i_may(o, ECP_FALLBACK_LOAD) && p->load) {
-            solved = ecp_i_ramp(p, o->tolerance, limit, z, effort);
             if (ecp_i_takes(p, solved, 0)) return 1;
         }
     }
@@ -7719,7 +7727,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
                                  void *mem, size_t bytes, ecp_mcp_report *report)
 {
     ecp_options o = ecp_options_default();
-    ecp_i_arena arena = ecp_i_arena_over(NULL, 0);
+    ecp_i_arena arena;
     ecp_i_effort effort;
     ecp_i_mcp s;
     ecp_i_problem p;
@@ -7755,7 +7763,7 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     p.valid = NULL;
     p.load = NULL;
     p.kept = p.stalled = NULL;
-    p.velocities = p.large = p.hurries = p.gathered = p.calm = 0;
+    p.velocities = p.large = p.hurries = p.patient = p.gathered = p.calm = 0;
     ecp_i_copy(size, z, s.z0);
     effort = ecp_i_effort_after(&o, 0);
     solved = ecp_i_solve(&p, &o, work, &effort);
@@ -11100,6 +11108,7 @@ static void ecp_i_island_problem(ecp_i_island *s, ecp_real *const *vectors, ecp_
         p->valid = ecp_i_island_valid;
         p->gather = (ECPSIM_FALLBACKS)&ECP_FALLBACK_WORKING_SET ? ecp_i_island_gather : NULL;
         p->gathered = p->calm = 0;
+        p->patient = s->body_count > 2;
     }
     if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_GEOMETRIC) p->repair = ecp_i_island_repair;
     if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_LOAD) p->load = ecp_i_island_load;

@@ -26,10 +26,11 @@ bare='-DNDEBUG -ffreestanding -nostdlib -fno-builtin -DECPSIM_MEMCPY=__builtin_m
 
 here() { command -v "$1" >/dev/null || { echo "skipped: no $1"; return 1; }; }
 
-# REAL NAME, the hashes on standard input: notes them, and says what the table has otherwise
+# REAL NAME, the hashes on standard input, with the line ends of any system: notes them, and says what the
+# table has otherwise
 note() {
     builds=$((builds + 1))
-    sed -n "s/^\([a-z0-9_]* step=.* hash=.*\)/$1 \1/p" >"$out/now"
+    tr -d '\r' | sed -n "s/^\([a-z0-9_]* step=.* hash=.*\)/$1 \1/p" >"$out/now"
     grep "^$1 " "$golden" >"$out/golden" 2>/dev/null
     sed "s/^/$2: /" "$out/now" >>"$out/all"
     cat "$out/now" >>"$out/lines"
@@ -111,6 +112,21 @@ of_real() {
             run "$real" 'arm-none-eabi-gcc Cortex-M7 under qemu' qemu-system-arm -M mps2-an500 -nographic \
                 -monitor none -serial none -semihosting-config enable=on,target=native \
                 -kernel "$out/program"
+    fi
+    # other machines with an operating system; s390x has the other byte order, and with -std=c99 alone
+    # computes expressions of floats in double (which ecp_arithmetic tells)
+    for machine in aarch64 riscv64 s390x; do
+        here $machine-linux-gnu-gcc && here qemu-$machine || continue
+        # shellcheck disable=SC2086
+        build $machine $machine-linux-gnu-gcc -O2 -static -fexcess-precision=fast $common $define \
+            main.c port_hosted.c -lm &&
+            run "$real" "$machine-linux-gnu-gcc under qemu" qemu-$machine "$out/program"
+    done
+    if here x86_64-w64-mingw32-gcc && here wine; then
+        # shellcheck disable=SC2086
+        build windows x86_64-w64-mingw32-gcc -O2 $common $define main.c port_hosted.c -lm &&
+            run "$real" 'x86_64-w64-mingw32-gcc under wine' env WINEDEBUG=-all WINEPREFIX="$out/wine" \
+                wine "$out/program"
     fi
     if here clang && here wasm-ld && here node; then
         # shellcheck disable=SC2086

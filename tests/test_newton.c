@@ -583,8 +583,9 @@ static void newton_test_circle(void)
     for (k = 0; k < n; k++) CHECK_NEAR(work[0][k], 0.4, 2 * (double)o.tolerance);
 }
 
-/* A search that only crawls, towards a limit that is no solution, and must be damped much to do so: in
-   haste it ends as soon as that has shown, otherwise when its iterations do. */
+/* A search that only crawls, towards a limit that is no solution, and must be damped much to do so, ends as
+   soon as that has shown; that of a relaxed problem, or of more than two bodies, when its iterations do, but
+   not in haste. */
 static void newton_crawl_residual(void *self, const ecp_real *z, ecp_real relax, ecp_real *F,
                                   ecp_i_size *size)
 {
@@ -611,7 +612,7 @@ static void newton_test_crawl(void)
     ecp_real work[5];
     ecp_options o = ecp_options_default();
     ecp_i_problem p;
-    int hasty;
+    int k;
     memset(&p, 0, sizeof p);
     p.n = 1;
     p.residual = newton_crawl_residual;
@@ -620,12 +621,14 @@ static void newton_test_crawl(void)
     p.dz = work + 2;
     p.trial = work + 3;
     p.drift = work + 4;
-    for (hasty = 0; hasty < 2; hasty++) {
+    for (k = 0; k < 8; k++) {
         ecp_i_effort effort = ecp_i_effort_after(&o, 0);
-        p.hurries = hasty;
+        ecp_real relax = ECP_R(0.1) * (ecp_real)(k >> 2);
+        p.hurries = k & 1;
+        p.patient = k >> 1 & 1;
         work[0] = 0;
-        CHECK(!ecp_i_newton(&p, 0, o.tolerance, o.max_iterations, 0, work, &effort));
-        CHECK(hasty == (effort.iterations < 2 * ECP_I_STALE));
+        CHECK(!ecp_i_newton(&p, 0, o.tolerance, o.max_iterations, relax, work, &effort));
+        CHECK((p.hurries || (!p.patient && !(relax > 0))) == (effort.iterations < 2 * ECP_I_STALE));
     }
 }
 

@@ -1801,6 +1801,58 @@ static void test_step_full(void)
     }
 }
 
+/* twelve balls in a clump, each of which may meet each of the others within a step, with so much work memory */
+static ecp_world *test_clump(size_t solver_bytes)
+{
+    ecp_world_desc d = ecp_world_desc_default();
+    ecp_material m = test_material(0.5, 1, 1, 0.05);
+    ecp_shape ball;
+    ecp_world *w;
+    int i;
+    d.max_bodies = 12;
+    d.max_patches = 66;
+    d.max_inequalities = 2;
+    d.solver_bytes = solver_bytes;
+    w = test_world(&d);
+    CHECK(ecp_shape_sphere(&ball, ECP_R(0.1)) == ECP_OK);
+    for (i = 0; i < 12; i++) {
+        double x = 0.21 * (i % 3), y = 0.21 * (i / 3 % 2), z = 0.21 * (i / 6);
+        int body = test_body(w, ECP_DYNAMIC, 1, 0.004, 0.004, 0.004, x, y, z);
+        test_attach(w, body, &ball, 0, 0, 0, &m);
+        test_set_velocity(w, body, 4 * (0.21 - x), 4 * (0.105 - y), 4 * (0.105 - z), 0, 0, 10 * x);
+    }
+    return w;
+}
+
+/* Too little work memory says how much would do, and with as much more the step that lacked it has enough. */
+static void test_step_room(void)
+{
+    size_t bytes = 8;
+    int grown, k, last = -1, done = 0;
+    for (grown = 0; grown < 20 && !done; grown++) {
+        ecp_world *w = test_clump(bytes);
+        ecp_report r;
+        ecp_status status = ECP_OK;
+        for (k = 0; k < 20; k++) {
+            ecp_world *before = test_copy_world(w);
+            status = ecp_step(w, ECP_R(0.05), NULL, &r);
+            if (status != ECP_OK) CHECK(memcmp(before, w, w->bytes) == 0);
+            free(before);
+            if (status != ECP_OK) break;
+            CHECK(r.memory_used <= w->bytes);
+        }
+        done = status == ECP_OK;
+        if (!done) {
+            CHECK(status == ECP_CAPACITY && r.limit == (ecp_real)w->bytes && r.value > r.limit);
+            CHECK(k > last);
+            last = k;
+            bytes += (size_t)(r.value - r.limit);
+        }
+        free(w);
+    }
+    CHECK(done && grown > 1);
+}
+
 /* A ball that lies on the edge of a box, with an oblique normal, is thrown on to its top face: within the step the normal
    comes to lie along the direction that fixed the tangents, the material's or none. Friction is there all the same, and
    the same. */
@@ -3408,6 +3460,7 @@ static void test_step(void)
     test_step_report();
     test_step_work();
     test_step_failure();
+    test_step_room();
     test_step_worst_patch();
     test_step_overflows();
     test_step_bits();

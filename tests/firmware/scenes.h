@@ -249,24 +249,39 @@ enum { SCENE_COUNT = (int)(sizeof scenes / sizeof scenes[0]) };
 
 /* ---- running them */
 
-/* FNV-1a, going on */
-static uint32_t scene_hash(uint32_t hash, const void *bytes, size_t count)
+/* FNV-1a, going on by a byte */
+static uint32_t scene_hash_byte(uint32_t hash, unsigned byte) { return (hash ^ byte) * 16777619u; }
+
+#ifdef ECPSIM_FLOAT
+typedef uint32_t scene_bits;
+#else
+typedef uint64_t scene_bits;
+#endif
+
+/* the bits of a real, the lowest byte first on machines of either byte order */
+static uint32_t scene_hash_real(uint32_t hash, ecp_real x)
 {
-    const unsigned char *p = (const unsigned char *)bytes;
-    while (count-- > 0) hash = (hash ^ *p++) * 16777619u;
+    union {
+        ecp_real x;
+        scene_bits bits;
+    } of;
+    unsigned k;
+    of.x = x;
+    for (k = 0; k < 8 * sizeof x; k += 8) {
+        hash = scene_hash_byte(hash, (unsigned)(of.bits >> k) & 255u);
+    }
     return hash;
 }
 
 /* the status of a step, and the states of all bodies after it */
 static uint32_t scene_hash_world(uint32_t hash, const ecp_world *w, ecp_status status)
 {
-    unsigned char code = (unsigned char)(status & 0xff);
     ecp_real state[13];
-    int i;
-    hash = scene_hash(hash, &code, 1);
+    int i, k;
+    hash = scene_hash_byte(hash, (unsigned)status & 255u);
     for (i = 0; i < ecp_world_body_count(w); i++) {
         ecp_body_get_state(w, i, state, state + 3, state + 7, state + 10);
-        hash = scene_hash(hash, state, sizeof state);
+        for (k = 0; k < 13; k++) hash = scene_hash_real(hash, state[k]);
     }
     return hash;
 }

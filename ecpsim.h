@@ -135,17 +135,17 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 62,232.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 62,284.
 
-       ECPSIM_NO_PAIRS     25,524  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     25,424  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   5,316  contacts are smooth, whatever the materials say
-       ECPSIM_NO_SLEEP      1,600  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   2,744  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     9,560  the ECP_FALLBACK_... that there are, or-ed; all, where nothing is
+       ECPSIM_NO_FRICTION   5,300  contacts are smooth, whatever the materials say
+       ECPSIM_NO_SLEEP      1,592  options.sleep = 1 is ECP_BAD_OPTION
+       ECPSIM_NO_CENTRING   2,748  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS     9,592  the ECP_FALLBACK_... that there are, or-ed; all, where nothing is
                                    said. Options that ask for others are ECP_BAD_OPTION. The bytes
-                                   are what 0, none, saves; ECP_FALLBACK_GEOMETRIC alone saves 5,944,
-                                   all but ECP_FALLBACK_SUBSTEPS 2,436 and the memory of a second state
+                                   are what 0, none, saves; ECP_FALLBACK_GEOMETRIC alone saves 5,924,
+                                   all but ECP_FALLBACK_SUBSTEPS 2,396 and the memory of a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
@@ -7012,7 +7012,7 @@ typedef struct ecp_i_problem {
     int velocities; /* so many unknowns come first that say how velocities change; 0: there are none */
     int large;      /* ecp_i_island_is_large */
     int hurries;    /* the chain ends with the first three starts (ecp_i_hurries) */
-    int patient;    /* else a search that crawls goes on: three bodies and more */
+    int patient;  /* else a search that crawls goes on: three bodies and more, or no other start */
     int gathered; /* the last step was solved by p->gather: so is this one, if it can be */
     int calm;     /* no merit above the first is let pass */
 } ecp_i_problem;
@@ -7070,7 +7070,7 @@ static int ecp_i_is_large(const ecp_i_problem *p) { return ECP_I_PAIRS && p->lar
 static int ecp_i_in_haste(const ecp_i_problem *p) { return ECP_I_PAIRS && p->hurries; }
 static int ecp_i_is_patient(const ecp_i_problem *p, ecp_real relax)
 {
-    return !ecp_i_in_haste(p) && (relax > 0 || (ECP_I_PAIRS && p->patient));
+    return !ecp_i_in_haste(p) && (relax > 0 || p->patient);
 }
 
 /* how many of the last merits a new one may compare itself with */
@@ -7084,7 +7084,10 @@ static int ecp_i_is_patient(const ecp_i_problem *p, ecp_real relax)
 /* A search whose merit has not come a tenth below its lowest for so many iterations goes round in a
    circle: after each good step a bad one is let pass, because of one as bad before the good one. It
    crawls if its compliance is as large as this, and ends, as more iterations seldom help then; but not of a
-   relaxed problem, nor of three bodies and more unless in haste, where it may be the only way. */
+   relaxed problem, nor of three bodies and more unless in haste, where it may be the only way, nor if
+   there is no other start. */
+#define ECP_I_RESTARTS ((ECPSIM_FALLBACKS) & ~(ECP_FALLBACK_SUBSTEPS | ECP_FALLBACK_CHORD))
+#define ECP_I_GIVES_UP (ECP_I_PAIRS || ECP_I_RESTARTS != 0)
 #define ECP_I_STALE 8
 #define ECP_I_STALE_COMPLIANCE ECP_R(0.1)
 
@@ -7411,7 +7414,7 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
             s.fine = ecp_i_max(ecp_i_min(s.fine / 10, 100 * now->error), now->error / 10);
         }
         s.merits[k % ECP_I_MEMORY] = s.merit;
-        if (ecp_i_circles(&s)) {
+        if (ECP_I_GIVES_UP && ecp_i_circles(&s)) {
             if (!ecp_i_is_patient(p, relax) && s.compliance >= ECP_I_STALE_COMPLIANCE) break;
             /* the next step compares itself with this one alone */
             for (i = 0; ecp_i_is_large(p) && i < ECP_I_MEMORY; i++) s.merits[i] = s.merit;
@@ -7763,7 +7766,8 @@ ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *opti
     p.valid = NULL;
     p.load = NULL;
     p.kept = p.stalled = NULL;
-    p.velocities = p.large = p.hurries = p.patient = p.gathered = p.calm = 0;
+    p.velocities = p.large = p.hurries = p.gathered = p.calm = 0;
+    p.patient = !ecp_i_may(&o, ECP_I_RESTARTS);
     ecp_i_copy(size, z, s.z0);
     effort = ecp_i_effort_after(&o, 0);
     solved = ecp_i_solve(&p, &o, work, &effort);
@@ -10206,7 +10210,7 @@ static int ecp_i_turns_up(const ecp_i_pair *c, const ecp_i_patch *old)
 }
 
 /* the last of the starts; fallbacks that a program does without need none but the warm one */
-#define ECP_I_STARTS ((ECPSIM_FALLBACKS) & ~(ECP_FALLBACK_SUBSTEPS | ECP_FALLBACK_CHORD) ? 10 : 0)
+#define ECP_I_STARTS (ECP_I_RESTARTS ? 10 : 0)
 
 /* Where bodies come to rest a gap that the certificate lets pass counts as closed, if it is an overlap or has a load:
    to close it would move what rests. */
@@ -11108,7 +11112,6 @@ static void ecp_i_island_problem(ecp_i_island *s, ecp_real *const *vectors, ecp_
         p->valid = ecp_i_island_valid;
         p->gather = (ECPSIM_FALLBACKS)&ECP_FALLBACK_WORKING_SET ? ecp_i_island_gather : NULL;
         p->gathered = p->calm = 0;
-        p->patient = s->body_count > 2;
     }
     if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_GEOMETRIC) p->repair = ecp_i_island_repair;
     if ((ECPSIM_FALLBACKS)&ECP_FALLBACK_LOAD) p->load = ecp_i_island_load;
@@ -11440,6 +11443,9 @@ static ecp_status ecp_i_solve_island(ecp_i_step *step, int label)
     best = vectors[2];
     ecp_i_island_problem(&s, vectors, &p);
     ecp_i_island_units(&s);
+    if (ECP_I_GIVES_UP) {
+        p.patient = ecp_i_body_count(&s) > 2 || !ecp_i_may(o, ECP_I_RESTARTS);
+    }
     if (ECP_I_PAIRS) p.hurries = ecp_i_hurries(step, &s);
     if (ecp_i_in_haste(&p)) *step->cut = 1;
     if (ECP_I_PAIRS)

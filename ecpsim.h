@@ -7012,7 +7012,7 @@ typedef struct ecp_i_problem {
     int velocities; /* so many unknowns come first that say how velocities change; 0: there are none */
     int large;      /* ecp_i_island_is_large */
     int hurries;    /* the chain ends with the first three starts (ecp_i_hurries) */
-    int patient;  /* else a search that crawls goes on: three bodies and more, or no other start */
+    int patient;    /* else a search that crawls is given up (ECP_I_STALE) */
     int gathered; /* the last step was solved by p->gather: so is this one, if it can be */
     int calm;     /* no merit above the first is let pass */
 } ecp_i_problem;
@@ -7087,6 +7087,7 @@ static int ecp_i_is_patient(const ecp_i_problem *p, ecp_real relax)
    relaxed problem, nor of three bodies and more unless in haste, where it may be the only way, nor if
    there is no other start. */
 #define ECP_I_RESTARTS ((ECPSIM_FALLBACKS) & ~(ECP_FALLBACK_SUBSTEPS | ECP_FALLBACK_CHORD))
+/* (large islands, which have pairs, look for circles as well) */
 #define ECP_I_GIVES_UP (ECP_I_PAIRS || ECP_I_RESTARTS != 0)
 #define ECP_I_STALE 8
 #define ECP_I_STALE_COMPLIANCE ECP_R(0.1)

@@ -1,6 +1,7 @@
 /* What ecp_arithmetic() says in a build and in modes of the machine: `arithmetic FLAGS` fails where it
    is not FLAGS as things are, or where it does not tell rounding upwards and subnormals that count as
    zero. With GOOD as the first argument it must be 0. */
+#define ECPSIM_STATIC /* so that compilers drop all the rest at once */
 #define ECPSIM_IMPLEMENTATION
 #include "../ecpsim.h"
 

@@ -135,17 +135,17 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 62,284.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 62,356.
 
-       ECPSIM_NO_PAIRS     25,424  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     25,420  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   5,300  contacts are smooth, whatever the materials say
-       ECPSIM_NO_SLEEP      1,592  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   2,748  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS     9,592  the ECP_FALLBACK_... that there are, or-ed; all, where nothing is
+       ECPSIM_NO_FRICTION   5,304  contacts are smooth, whatever the materials say
+       ECPSIM_NO_SLEEP      1,580  options.sleep = 1 is ECP_BAD_OPTION
+       ECPSIM_NO_CENTRING   2,736  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS     9,728  the ECP_FALLBACK_... that there are, or-ed; all, where nothing is
                                    said. Options that ask for others are ECP_BAD_OPTION. The bytes
-                                   are what 0, none, saves; ECP_FALLBACK_GEOMETRIC alone saves 5,924,
-                                   all but ECP_FALLBACK_SUBSTEPS 2,396 and the memory of a second state
+                                   are what 0, none, saves; ECP_FALLBACK_GEOMETRIC alone saves 6,072,
+                                   all but ECP_FALLBACK_SUBSTEPS 2,492 and the memory of a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
@@ -219,8 +219,10 @@
 
    REAL TIME
    options.max_total_iterations bounds the Newton iterations of a step, all attempts together; a step
-   that it ends is ECP_NOT_SOLVED, and the world untouched. docs/embedding.md: memory, stack, time,
-   porting.
+   that it ends is ECP_NOT_SOLVED, and the world untouched. With a bound, whatever it is, a step is also not
+   looked at for contacts that win energy: ecp_report.work above 0.01, or midway above 0.02, says that shorter
+   steps from the state before would be better. docs/embedding.md: memory, stack, time, what to do where a
+   step ends so, porting.
 
    EQUATIONS
    docs/model.md derives them, docs/numerics.md the solver. Comments name the paper's LaTeX labels. */
@@ -416,7 +418,8 @@ ECP_DEF void ecp_qr_apply_q(int m, int rank, const ecp_real *A, int ld, const ec
 /* The shortest x[n] of those that minimise |A x - b|, for an m x n matrix of any rank (a complete
    orthogonal decomposition). A and b[m] are overwritten; work holds ECP_LEAST_SQUARES_WORK(m, n)
    reals (as many for any m: what has m rows is worked on in place) and iwork 2 n ints. Returns the
-   rank at the given relative tolerance. */
+   rank at the given relative tolerance. Entries are finite, and columns have lengths that are (which is
+   not checked: of others x means nothing, finite or not). */
 #define ECP_LEAST_SQUARES_WORK(m, n) ((n) * (n) + 3 * (n))
 ECP_DEF int ecp_least_squares(int m, int n, ecp_real *A, int ld, ecp_real *b, ecp_real *x,
                               ecp_real *work, int *iwork, ecp_real tolerance);
@@ -443,7 +446,7 @@ ECP_DEF void ecp_quat_to_matrix(const ecp_real q[4], ecp_real R[9]);
 ECP_DEF void ecp_quat_multiply(const ecp_real a[4], const ecp_real b[4], ecp_real out[4]);
 
 /* The rotation after a time h at the world angular velocity w by equ:kinematic, renormalised:
-   exactly the Cayley transform of h w applied to q. out may be q. */
+   exactly the Cayley transform of h w applied to q. out may be q. |h w|^2 must not overflow. */
 ECP_DEF void ecp_quat_advance(const ecp_real q[4], const ecp_real w[3], ecp_real h,
                               ecp_real out[4]);
 
@@ -470,7 +473,8 @@ ECP_DEF void ecp_quat_advance(const ecp_real q[4], const ecp_real w[3], ecp_real
 
    The second derivatives of the capsule's f jump where its cylinder meets its half balls; all the
    others are twice continuously differentiable. Values are finite as long as the square of |x| over
-   the smallest size does not overflow. */
+   the smallest size does not overflow (second derivatives of an ellipsoid: nor the fifth power of the ratio
+   of its radii). */
 
 typedef struct ecp_shape ecp_shape;
 
@@ -573,7 +577,8 @@ ECP_DEF ecp_status ecp_shape_box(ecp_shape *s, const ecp_real half[3]);
    offsets in metres. Redundant and repeated planes are allowed.
 
    `vertices` has room for `vertex_capacity` points of 3 reals and receives the vertices; a bounded
-   polytope of m facets has at most 2 m - 4. Both buffers stay the caller's, must not overlap, are
+   polytope of m facets has at most 2 m - 4 (and a few more if it has a tip so sharp, with four facets or more,
+   that their rounding draws it apart). Both buffers stay the caller's, must not overlap, are
    kept by pointer, and must outlive the shape unchanged. On an error the contents of `vertices` are
    undefined.
 
@@ -584,7 +589,8 @@ ECP_DEF ecp_status ecp_shape_box(ecp_shape *s, const ecp_real half[3]);
    Errors: ECP_BAD_SIZE for a count or capacity below 1, for a normal whose length differs from 1 by
    more than 1e-6, and for planes so nearly parallel that rounding decides what the faces are;
    ECP_UNBOUNDED_POLYTOPE if a ray stays inside all planes that are moved to pass through its
-   origin (looked at first, so also for some empty sets); ECP_EMPTY_POLYTOPE if there is no inner
+   origin, or leaves none by more than 1e-8 (float: 4e-4) of its length, as in a needle that tapers no
+   more (looked at first, so also for some empty sets); ECP_EMPTY_POLYTOPE if there is no inner
    point; ECP_CAPACITY if there are more vertices than fit. */
 ECP_DEF ecp_status ecp_shape_polytope(ecp_shape *s, const ecp_real *planes, int count,
                                       ecp_real *vertices, int vertex_capacity);
@@ -827,8 +833,9 @@ typedef struct ecp_options {
     int max_total_iterations; /* of all attempts, islands, sub-steps and the centring together (but
                                  for one elimination in each of ecp_report.centring_rounds), or 0:
                                  as many as it takes. A bound on the time of a step: where it ends
-                                 the search the step is ECP_NOT_SOLVED, and where it ends the
-                                 centring ecp_report.centred is 0 */
+                                 the search the step is ECP_NOT_SOLVED (one that has come below the
+                                 tolerance is taken), and where it ends the centring
+                                 ecp_report.centred is 0. See REAL TIME in the manual */
     int fallbacks;            /* ECP_FALLBACK_... that may be used, or-ed */
     int sleep; /* 1: islands at rest are left out of the problem until something changes.
                                  It changes no bit of any body or contact, see SLEEP in the manual */
@@ -864,7 +871,9 @@ typedef struct ecp_report {
                             ECP_NEAREST */
     int evaluations;     /* residual evaluations, of an island each */
     int fallbacks;       /* ECP_FALLBACK_... that were used, or-ed */
-    int substeps;        /* shorter steps that it took; 1 but for ECP_FALLBACK_SUBSTEPS */
+    int substeps;        /* shorter steps that it took; 1 but for ECP_FALLBACK_SUBSTEPS. Of several,
+                            unknowns, patches and islands are the last one's, and merit, natural_residual,
+                            worst_gap, work, midway, worst_cone and centred the worst of all */
     int body, shape_a, shape_b; /* if status is not ECP_OK: where, or -1. An island that is not
                                    solved gives the patch whose equations are missed the most
                                    where its last attempt ended (ECPSIM_NO_PAIRS: its first) */
@@ -877,8 +886,8 @@ typedef struct ecp_report {
                               twice the kinetic energy of its bodies (of each the most that it has
                               before, after, or in free motion), without what pushes overlaps apart.
                               More than 0.01 is given up for sub-steps, where they may be used and
-                              max_total_iterations is 0, and taken if they do no better. (0 if
-                              ECPSIM_FALLBACKS is without them) */
+                              max_total_iterations is 0, and taken if they do no better: with a
+                              bound this is to be looked at. (0 if ECPSIM_FALLBACKS is without them) */
     ecp_real midway; /* the most that two primitives in an island, one of which turns by more than
                               0.25 rad, overlap half way of the step, beyond what they did where it
                               began, in radii of the smaller one. (The equations see beginning and
@@ -990,7 +999,7 @@ typedef struct ecp_advance_options {
                             `order`, and the tolerance is only the unit of the error reported */
     int order;           /* the highest, from 2 to ecp_world_desc.advance_order; 0: that one */
     int max_solves;      /* base steps, after which it fails with ECP_NOT_SOLVED, looked at between
-                            macro steps; 0: no limit */
+                            macro steps; 0: no limit. What one of them may take, `step` bounds */
     ecp_real time;       /* at the beginning, for `load`, s */
     ecp_load load;       /* or NULL */
     void *load_user;
@@ -1078,7 +1087,8 @@ ECP_DEF ecp_mode ecp_translation_step(ecp_real mass, const ecp_real normal[3], e
 typedef struct ecp_mcp {
     int n, m;
     void (*function)(void *user, const ecp_real *z, ecp_real *F); /* F[n + m] */
-    void (*jacobian)(void *user, const ecp_real *z, ecp_real *J); /* J[(n + m)^2], row major */
+    /* J[(n + m)^2], row major; all of it, zeros too */
+    void (*jacobian)(void *user, const ecp_real *z, ecp_real *J);
     void *user;
 } ecp_mcp;
 
@@ -1095,8 +1105,10 @@ ECP_DEF size_t ecp_mcp_memsize(int n, int m);
 
 /* Solves the problem from the start in z, and leaves the solution there. options (tolerance: of the
    largest component of the Fischer-Burmeister residual; NULL: the defaults) and report may be NULL.
-   If it is not solved, z is as it was. The report is written if the status is ECP_OK or
-   ECP_NOT_SOLVED. mem: ecp_mcp_memsize(n, m) bytes, aligned to 8 (ECP_MEMORY_SMALL, ECP_MEMORY_ALIGN).
+   If it is not solved, z is as it was. Unknowns and F are to be in units in which both are about 1: a
+   residual of 4 roundings (4 FLT_EPSILON or DBL_EPSILON) will do whatever the tolerance, columns of the
+   derivative below 64 of them count as dependent, and damping is of size 1. The report is written if the
+   status is ECP_OK or ECP_NOT_SOLVED. mem: ecp_mcp_memsize(n, m) bytes, aligned to 8 (ECP_MEMORY_SMALL, ECP_MEMORY_ALIGN).
    ECP_BAD_OPTION of n and m where that is 0, and of options. */
 ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *options, ecp_real *z,
                                  void *mem, size_t bytes, ecp_mcp_report *report);
@@ -2560,11 +2572,12 @@ typedef struct ecp_i_integrals {
 } ecp_i_integrals;
 
 /* adds the tetrahedron (o, p, q, r). About o, with volume V = p.(q x r) / 6 and t = p + q + r,
-   int x = V t / 4 and int x x^T = V (p p^T + q q^T + r r^T + t t^T) / 20 */
+   int x = V t / 4 and int x x^T = V (p p^T + q q^T + r r^T + t t^T) / 20. (q x r of a needle is large, and
+   p.(q x r) what cancels; the triangle's area vector, which has the same product with p, is small.) */
 static void ecp_i_integrals_add(ecp_i_integrals *sum, const ecp_real p0[3], const ecp_real q0[3],
                                 const ecp_real r0[3])
 {
-    ecp_real p[3], q[3], r[3], pq[3], pr[3], area[3], c[3], t[3], volume;
+    ecp_real p[3], q[3], r[3], pq[3], pr[3], area[3], t[3], volume;
 
     for (int k = 0; k < 3; ++k) {
         p[k] = p0[k] - sum->o[k];
@@ -2574,8 +2587,8 @@ static void ecp_i_integrals_add(ecp_i_integrals *sum, const ecp_real p0[3], cons
         pr[k] = r[k] - p[k];
         t[k] = p[k] + q[k] + r[k];
     }
-    ecp_i_cross(q, r, c);
-    volume = ecp_i_dot(p, c) / ECP_R(6);
+    ecp_i_cross(pq, pr, area);
+    volume = ecp_i_dot(p, area) / ECP_R(6);
     sum->volume += volume;
     for (int i = 0; i < 3; ++i) {
         sum->first[i] += volume * t[i] / ECP_R(4);
@@ -2584,7 +2597,6 @@ static void ecp_i_integrals_add(ecp_i_integrals *sum, const ecp_real p0[3], cons
                 volume / ECP_R(20) * (p[i] * p[j] + q[i] * q[j] + r[i] * r[j] + t[i] * t[j]);
         }
     }
-    ecp_i_cross(pq, pr, area);
     for (int k = 0; k < 3; ++k) {
         sum->open[k] += ECP_R(0.5) * area[k];
     }
@@ -2908,11 +2920,12 @@ static int ecp_i_polytope_recedes(const ecp_real *planes, int count)
     return !crossed;
 }
 
-/* the point that three planes share, if they do and it is inside all the others to `tolerance`.
+/* the point that three planes share, if they do and it is inside all the others to rounding at `reach`,
+   or at its own distance from the origin if that is larger.
    x = (c_0 n_1 x n_2 + c_1 n_2 x n_0 + c_2 n_0 x n_1) / (n_0.n_1 x n_2), and once more for what
    rounding has left of the three heights */
 static int ecp_i_polytope_corner(const ecp_real *planes, int count, const int triple[3],
-                                 ecp_real tolerance, ecp_real x[3])
+                                 ecp_real reach, ecp_real x[3])
 {
     const ecp_real *p[3];
     ecp_real dual[3][3], det;
@@ -2938,8 +2951,9 @@ static int ecp_i_polytope_corner(const ecp_real *planes, int count, const int tr
                 (height[0] * dual[0][k] + height[1] * dual[1][k] + height[2] * dual[2][k]) / det;
         }
     }
+    reach = ecp_i_max(reach, ecp_i_norm(x));
     for (int i = 0; i < count; ++i) {
-        if (!(ecp_i_plane_height(planes + 4 * i, x) <= tolerance)) {
+        if (!(ecp_i_plane_height(planes + 4 * i, x) <= ECP_I_POLY_INSIDE * reach)) {
             return 0;
         }
     }
@@ -2964,18 +2978,15 @@ static int ecp_i_next_triple(int triple[3], int count)
     return 0;
 }
 
-/* the largest distance of a vertex from the origin; negative if there is no vertex. The tolerance
-   starts from the offsets, which a redundant plane far away can make too large by much */
+/* The largest distance of a vertex from the origin; negative if there is no vertex. (Offsets say little
+   of it: a needle's are as small as it is thin, and that of a redundant plane may be anything.) */
 static ecp_real ecp_i_polytope_reach(const ecp_real *planes, int count)
 {
     int triple[3] = {0, 1, 1};
-    ecp_real x[3], scale = ECP_R(0), reach = ECP_R(-1);
+    ecp_real x[3], reach = ECP_R(-1);
 
-    for (int i = 0; i < count; ++i) {
-        scale = ecp_i_max(scale, ecp_i_abs(planes[4 * i + 3]));
-    }
     while (ecp_i_next_triple(triple, count)) {
-        if (ecp_i_polytope_corner(planes, count, triple, ECP_I_POLY_INSIDE * scale, x)) {
+        if (ecp_i_polytope_corner(planes, count, triple, ECP_R(0), x)) {
             reach = ecp_i_max(reach, ecp_i_norm(x));
         }
     }
@@ -2992,7 +3003,7 @@ static ecp_status ecp_i_polytope_vertices(const ecp_real *planes, int count, ecp
     *number = 0;
     while (ecp_i_next_triple(triple, count)) {
         int known = 0;
-        if (!ecp_i_polytope_corner(planes, count, triple, ECP_I_POLY_INSIDE * reach, x)) {
+        if (!ecp_i_polytope_corner(planes, count, triple, reach, x)) {
             continue;
         }
         for (int v = 0; v < *number && !known; ++v) {
@@ -3160,7 +3171,8 @@ ECP_DEF ecp_status ecp_shape_convex(ecp_shape *s, const ecp_shape_class *cls, in
 
 /* ---- bounds and mass */
 
-ECP_DEF void ecp_shape_bounds(const ecp_shape *s, ecp_real lo[3], ecp_real hi[3])
+/* of all but half-spaces, whose support says nothing */
+static void ecp_i_shape_bounds(const ecp_shape *s, ecp_real lo[3], ecp_real hi[3])
 {
     for (int k = 0; k < 3; ++k) {
         ecp_real n[3] = {0, 0, 0}, x[3];
@@ -3171,14 +3183,18 @@ ECP_DEF void ecp_shape_bounds(const ecp_shape *s, ecp_real lo[3], ecp_real hi[3]
         n[k] = ECP_R(-1);
         s->cls->support(s, n, ECP_R(0), x);
         lo[k] = x[k];
+    }
+}
 
-        /* a half-space ends along its own normal only */
-        if (s->kind == ECP_HALF_SPACE && !(s->size[k] >= ECP_R(1))) {
-            hi[k] = ECP_I_UNBOUNDED;
-        }
-        if (s->kind == ECP_HALF_SPACE && !(s->size[k] <= ECP_R(-1))) {
-            lo[k] = -ECP_I_UNBOUNDED;
-        }
+ECP_DEF void ecp_shape_bounds(const ecp_shape *s, ecp_real lo[3], ecp_real hi[3])
+{
+    ecp_i_shape_bounds(s, lo, hi);
+
+    /* a half-space ends along its own normal only, and by no tilt however small */
+    for (int k = 0; k < 3 && s->kind == ECP_HALF_SPACE; ++k) {
+        const int tilted = ecp_i_abs(s->size[(k + 1) % 3]) + ecp_i_abs(s->size[(k + 2) % 3]) > 0;
+        if (tilted || s->size[k] < 0) hi[k] = ECP_I_UNBOUNDED;
+        if (tilted || s->size[k] > 0) lo[k] = -ECP_I_UNBOUNDED;
     }
 }
 
@@ -3666,7 +3682,7 @@ static void ecp_i_part_bounds(ecp_i_part *p)
     ecp_real lo[3], hi[3], centre[3], half[3];
     int j, k;
     if (p->shape.kind == ECP_HALF_SPACE) return;
-    ecp_shape_bounds(&p->shape, lo, hi);
+    ecp_i_shape_bounds(&p->shape, lo, hi);
     for (k = 0; k < 3; k++) {
         centre[k] = (lo[k] + hi[k]) / 2;
         half[k] = (hi[k] - lo[k]) / 2;
@@ -11164,9 +11180,10 @@ static int ecp_i_solve_equations(ecp_i_island *s, const ecp_i_problem *p, const 
         do {
             if (s->loose) ecp_i_untilt(s);
             solved = ecp_i_solve(p, o, z, effort);
-        } while (!solved && ECP_I_STRICT_NORMALS && !s->loose++);
+        } while (!solved && ECP_I_STRICT_NORMALS && !ecp_i_spent(effort) && !s->loose++);
     }
-    if (!solved && ECP_I_FRICTION && ecp_i_may(o, ECP_FALLBACK_CHORD) && !ecp_i_in_haste(p)) {
+    if (!solved && ECP_I_FRICTION && ecp_i_may(o, ECP_FALLBACK_CHORD) && !ecp_i_in_haste(p) &&
+        !ecp_i_spent(effort)) {
         effort->fallbacks |= ECP_FALLBACK_CHORD;
         s->chord = s->h;
         solved = ecp_i_solve(p, o, z, effort);
@@ -11702,6 +11719,22 @@ static int ecp_i_tires(const ecp_options *o, int hasty, int before, const ecp_re
             taken >= (ecp_real)(1 + hasty) * (ecp_real)before);
 }
 
+/* of several sub-steps the report has what is worst in any: `worst` has it of those before this one */
+static void ecp_i_report_part(ecp_report *r, ecp_report *worst)
+{
+    if (r->substeps > 0) {
+        ecp_i_worst(&r->work, worst->work);
+        ecp_i_worst(&r->midway, worst->midway);
+        ecp_i_worst(&r->merit, worst->merit);
+        ecp_i_worst(&r->natural_residual, worst->natural_residual);
+        ecp_i_worst(&r->worst_cone, worst->worst_cone);
+        r->worst_gap = ecp_i_min(r->worst_gap, worst->worst_gap);
+        r->centred &= worst->centred;
+    }
+    r->substeps++;
+    *worst = *r;
+}
+
 /* The step in parts, which grow by 2 where they succeed, up to half of the last that failed, and shrink
    by 4 where they fail, so that what makes trouble is passed in short ones; only the shortest take the dearer
    fallbacks, and in haste (ecp_i_hurries) there are none so short. In haste they begin with other lengths, as
@@ -11714,6 +11747,7 @@ static ecp_status ecp_i_take_parts(ecp_world *world, ecp_real h, const ecp_optio
 {
     ecp_real rest = 1, part = hasty ? ECP_R(0.25) : ECP_R(0.5), most = 1;
     ecp_options quick = *o;
+    ecp_report worst = *r;
     ecp_status status;
     int i, cut = 0, iterations = r->iterations;
     quick.fallbacks &= ECP_FALLBACK_WORKING_SET | ECP_FALLBACK_GEOMETRIC |
@@ -11729,7 +11763,8 @@ static ecp_status ecp_i_take_parts(ecp_world *world, ecp_real h, const ecp_optio
                 ECPSIM_MEMCPY(ecp_i_bodies(world)[i].force, before[i].force,
                               sizeof before[i].force);
             }
-            if (++r->substeps == ECP_I_SUBSTEPS && rest > 0) status = ECP_NOT_SOLVED;
+            ecp_i_report_part(r, &worst);
+            if (r->substeps == ECP_I_SUBSTEPS && rest > 0) status = ECP_NOT_SOLVED;
             if (rest > 0 && ecp_i_effort_after(o, r->iterations).most == 0) status = ECP_NOT_SOLVED;
             if (status == ECP_OK) continue;
         }

@@ -605,7 +605,7 @@ static void test_shape_bounds(void)
                                               {ECP_R(0.4), ECP_R(0.7), ECP_R(1.2)},
                                               {ECP_R(1), ECP_R(1), ECP_R(1)},
                                               {0, 0, 0}};
-    const ecp_real down[3] = {0, ECP_R(-2), 0};
+    const ecp_real down[3] = {0, ECP_R(-2), 0}, tilted[3] = {PICK(1e-4, 1e-9), 0, 1};
     ecp_shape s[SHAPES_COUNT];
     ecp_real lo[3], hi[3];
 
@@ -640,6 +640,12 @@ static void test_shape_bounds(void)
     ecp_shape_bounds(&s[0], lo, hi);
     CHECK(lo[0] == ECP_R(-1e30) && hi[0] == ECP_R(1e30) && lo[1] == ECP_R(-1e30));
     CHECK(hi[1] == ECP_R(1e30) && lo[2] == ECP_R(-1e30) && hi[2] == ECP_R(1e30));
+
+    /* one that is tilted by less than its normal's third component shows ends nowhere either */
+    CHECK(ecp_shape_half_space(&s[0], tilted, ECP_R(2)) == ECP_OK && s[0].size[2] == 1);
+    ecp_shape_bounds(&s[0], lo, hi);
+    CHECK(lo[0] == ECP_R(-1e30) && hi[0] == ECP_R(1e30) && lo[2] == ECP_R(-1e30));
+    CHECK(hi[2] == ECP_R(1e30));
 }
 
 /* the constructor scales normal and offset together: the set is what was asked for */
@@ -1092,6 +1098,74 @@ static void test_shape_polytope_scale(void)
     }
 }
 
+/* the planes of a box or of a pyramid, turned at random */
+static void shapes_turn_planes(ecp_real *planes, int count)
+{
+    ecp_real axes[3][3], length;
+    shapes_random_unit(axes[0]);
+    do {
+        ecp_real other[3];
+        shapes_random_unit(other);
+        ecp_i_cross(axes[0], other, axes[1]);
+        length = ecp_i_norm(axes[1]);
+    } while (length < ECP_R(0.1));
+    for (int k = 0; k < 3; k++) axes[1][k] /= length;
+    ecp_i_cross(axes[0], axes[1], axes[2]);
+    for (int i = 0; i < count; i++) {
+        ecp_real n[3];
+        for (int k = 0; k < 3; k++) n[k] = ecp_i_dot(axes[k], planes + 4 * i);
+        ecp_i_copy3(n, planes + 4 * i);
+    }
+}
+
+/* A rod, as thick as a part 1 / A of its length, has its volume to the rounding of its thickness, A eps; a pyramid
+   whose offsets are all about 1 has its tip, far away, to D eps */
+static void test_shape_polytope_slender(void)
+{
+    const ecp_real thin[3] = {ECP_R(10), ECP_R(100), ECP_R(1000)};
+    const ecp_real far_tip[3] = {ECP_R(10), ECP_R(100), PICK(1000, 100000)};
+    ecp_real planes[24], vertices[24];
+    ecp_shape s;
+    ecp_mass m;
+    ecp_status status;
+
+    shapes_random_state = 77u;
+    for (int round = 0; round < 150; round++) {
+        const ecp_real A = thin[round % 3], D = far_tip[round % 3];
+        const ecp_real side = ecp_i_sqrt(1 + 1 / (D * D));
+        memset(planes, 0, sizeof planes);
+        for (int i = 0; i < 6; i++) {
+            planes[4 * i + i / 2] = i % 2 ? ECP_R(-1) : ECP_R(1);
+            planes[4 * i + 3] = i < 2 ? ECP_R(1) : 1 / A;
+        }
+        shapes_turn_planes(planes, 6);
+        status = ecp_shape_polytope(&s, planes, 6, vertices, 8);
+        CHECK(status == ECP_OK && s.vertex_count == 8);
+        if (status != ECP_OK) continue;
+        ecp_shape_mass(&s, ECP_R(1), &m);
+        CHECK_NEAR(m.mass * A * A / 8, 1, 8 * A * EPS);
+        CHECK_NEAR((m.inertia[0] + m.inertia[4] + m.inertia[8]) * A * A,
+                   (2 + 4 / (A * A)) * ECP_R(8) / 3, 20 * A * EPS);
+
+        /* half a base of 1 at z = -1, the tip at D - 1 */
+        memset(planes, 0, sizeof planes);
+        for (int i = 0; i < 4; i++) {
+            planes[4 * i + i / 2] = (i % 2 ? ECP_R(-1) : ECP_R(1)) / side;
+            planes[4 * i + 2] = 1 / (D * side);
+            planes[4 * i + 3] = (1 - 1 / D) / side;
+        }
+        planes[18] = ECP_R(-1);
+        planes[19] = ECP_R(1);
+        shapes_turn_planes(planes, 5);
+        status = ecp_shape_polytope(&s, planes, 5, vertices, 8);
+        CHECK(status == ECP_OK);
+        if (status != ECP_OK) continue;
+        CHECK_NEAR(s.size[0] / (D - 1), 1, 8 * D * EPS);
+        ecp_shape_mass(&s, ECP_R(1), &m);
+        if (D < 200) CHECK_NEAR(m.mass / (D * ECP_R(4) / 3), 1, 8 * D * EPS);
+    }
+}
+
 /* planes that touch a ball are facets all of them, and no four meet, so by Euler's formula there
    are exactly 2 m - 4 vertices. A cut by a plane x = const gives two parts that make up the whole */
 static void test_shape_polytope_random(void)
@@ -1375,6 +1449,7 @@ static void test_shapes(void)
     test_shape_polytope_tetrahedron();
     test_shape_polytope_regular();
     test_shape_polytope_scale();
+    test_shape_polytope_slender();
     test_shape_polytope_random();
     test_shape_polytope_bad();
     test_shape_bad_input();

@@ -992,6 +992,8 @@ static void world_test_total_iterations(void)
             if (ecp_step(f.world, ECP_R(0.02), &o, &bounded) != ECP_OK) {
                 refused++;
                 WORLD_REFUSED(&f, bounded.status, ECP_NOT_SOLVED);
+                /* the report is that of the search that it ended: no other was begun */
+                CHECK(most >= o.max_iterations || bounded.fallbacks == 0);
             }
             CHECK(bounded.iterations <= most);
         }

@@ -1105,10 +1105,11 @@ ECP_DEF size_t ecp_mcp_memsize(int n, int m);
 
 /* Solves the problem from the start in z, and leaves the solution there. options (tolerance: of the
    largest component of the Fischer-Burmeister residual; NULL: the defaults) and report may be NULL.
-   If it is not solved, z is as it was. Unknowns and F are to be in units in which both are about 1: a
-   residual of 4 roundings (4 FLT_EPSILON or DBL_EPSILON) will do whatever the tolerance, columns of the
-   derivative below 64 of them count as dependent, and damping is of size 1. The report is written if the
-   status is ECP_OK or ECP_NOT_SOLVED. mem: ecp_mcp_memsize(n, m) bytes, aligned to 8 (ECP_MEMORY_SMALL, ECP_MEMORY_ALIGN).
+   If it is not solved, z is as it was. F is to be in units in which it is about 1: a residual of 4
+   roundings (4 FLT_EPSILON or DBL_EPSILON) will do whatever the tolerance. Unknowns may be in any, but
+   where Newton alone does not do, damping and other starts are of size 1. The report is written if the
+   status is ECP_OK or ECP_NOT_SOLVED. mem: ecp_mcp_memsize(n, m) bytes, aligned to 8 (ECP_MEMORY_SMALL,
+   ECP_MEMORY_ALIGN).
    ECP_BAD_OPTION of n and m where that is 0, and of options. */
 ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *options, ecp_real *z,
                                  void *mem, size_t bytes, ecp_mcp_report *report);
@@ -7629,7 +7630,7 @@ static ecp_status ecp_i_check_options(const ecp_options *o)
 
 typedef struct ecp_i_mcp {
     const ecp_mcp *problem;
-    ecp_real *value, *J, *rhs, *work, *z0;
+    ecp_real *value, *J, *rhs, *work, *z0, *unit;
     int *ints;
     ecp_real tau;
 } ecp_i_mcp;
@@ -7673,7 +7674,8 @@ static void ecp_i_mcp_residual(void *self, const ecp_real *z, ecp_real tau, ecp_
     total->friction = 0;
 }
 
-/* rows da e_i + db grad F_i; the least step where they are dependent */
+/* Rows da e_i + db grad F_i; the least step where they are dependent, which is judged, and least, in units of the
+   unknowns that make the columns alike: no unknown is lost for the size of its own. */
 static int ecp_i_mcp_step(void *self, const ecp_real *z, const ecp_real *F, ecp_real fine,
                           ecp_real compliance, ecp_real *dz)
 {
@@ -7691,7 +7693,14 @@ static int ecp_i_mcp_step(void *self, const ecp_real *z, const ecp_real *F, ecp_
         s->J[size * i + i] += da;
     }
     if (!ecp_i_all_finite(size * size, s->J)) return 0;
+    for (j = 0; j < size; j++) {
+        s->unit[j] = 0;
+        for (i = 0; i < size; i++) ecp_i_raise(s->unit + j, ecp_i_abs(s->J[size * i + j]));
+        if (!(s->unit[j] > 0)) s->unit[j] = 1;
+        for (i = 0; i < size; i++) s->J[size * i + j] /= s->unit[j];
+    }
     ecp_least_squares(size, size, s->J, size, s->rhs, dz, s->work, s->ints, 64 * ECP_I_EPSILON);
+    for (j = 0; j < size; j++) dz[j] /= s->unit[j];
     return ecp_i_all_finite(size, dz);
 }
 
@@ -7724,6 +7733,7 @@ static void ecp_i_carve_mcp(ecp_i_arena *arena, int size, ecp_i_mcp *s, ecp_i_pr
     s->rhs = ecp_i_take_reals(arena, size, 1);
     s->work = ecp_i_take_reals(arena, size, size + 3);
     s->z0 = ecp_i_take_reals(arena, size, 1);
+    s->unit = ecp_i_take_reals(arena, size, 1);
     s->ints = ecp_i_take_ints(arena, 2 * size);
     p->F = ecp_i_take_reals(arena, size, 1);
     p->dz = ecp_i_take_reals(arena, size, 1);

@@ -726,6 +726,39 @@ static void newton_test_sizes(void)
     }
 }
 
+/* Linear equations whose unknowns are in units that differ by up to 1e8 (double: 1e16): all are solved, as fast as in
+   one unit. */
+static void newton_test_units(void)
+{
+    newton_linear k;
+    ecp_mcp p = {0, 0, newton_linear_f, newton_linear_j, NULL};
+    ecp_real z[5];
+    unsigned char *mem = (unsigned char *)malloc(ecp_mcp_memsize(5, 0));
+    ecp_mcp_report r;
+    uint32_t seed = 5u;
+    int round, i, j, w;
+    p.n = k.size = 5;
+    p.user = &k;
+    for (round = 0; round < 40; round++) {
+        for (j = 0; j < 5; j++) {
+            ecp_real unit = 1;
+            seed = seed * 1664525u + 1013904223u;
+            for (w = (int)(seed >> 16) % (sizeof(ecp_real) == 8 ? 17 : 9); w > 0; w--) unit *= 10;
+            unit /= sizeof(ecp_real) == 8 ? ECP_R(1e8) : ECP_R(1e4);
+            for (i = 0; i < 5; i++) {
+                seed = seed * 1664525u + 1013904223u;
+                k.M[5 * i + j] = unit * ((ecp_real)(seed >> 8) / ECP_R(8388608.0) +
+                                         (i == j ? ECP_R(3.0) : ECP_R(-1.0)));
+            }
+            k.q[j] = ECP_R(0.3) * (ecp_real)(j - 2) - 1;
+            z[j] = 0;
+        }
+        CHECK(ecp_mcp_solve(&p, NULL, z, mem, ecp_mcp_memsize(5, 0), &r) == ECP_OK);
+        CHECK(r.iterations <= 4 && r.fallbacks == 0);
+    }
+    free(mem);
+}
+
 static void test_newton(void)
 {
     test_seed = 21;
@@ -738,5 +771,6 @@ static void test_newton(void)
     newton_test_circle();
     newton_test_crawl();
     newton_test_limits();
+    newton_test_units();
     newton_test_sizes();
 }

@@ -219,10 +219,10 @@
 
    REAL TIME
    options.max_total_iterations bounds the Newton iterations of a step, all attempts together; a step
-   that it ends is ECP_NOT_SOLVED, and the world untouched. With a bound, whatever it is, a step is also not
-   looked at for contacts that win energy: ecp_report.work above 0.01, or midway above 0.02, says that shorter
-   steps from the state before would be better. docs/embedding.md: memory, stack, time, what to do where a
-   step ends so, porting.
+   that it ends is ECP_NOT_SOLVED, and the world untouched. With a bound, whatever it is, no solution is
+   given up because its contacts win energy: ecp_report.work above 0.01, or midway above 0.02, says that
+   shorter steps from the state before would be better. docs/embedding.md: memory, stack, time, what to do
+   where a bound ends a step, porting.
 
    EQUATIONS
    docs/model.md derives them, docs/numerics.md the solver. Comments name the paper's LaTeX labels. */
@@ -577,8 +577,8 @@ ECP_DEF ecp_status ecp_shape_box(ecp_shape *s, const ecp_real half[3]);
    offsets in metres. Redundant and repeated planes are allowed.
 
    `vertices` has room for `vertex_capacity` points of 3 reals and receives the vertices; a bounded
-   polytope of m facets has at most 2 m - 4 (and a few more if it has a tip so sharp, with four facets or more,
-   that their rounding draws it apart). Both buffers stay the caller's, must not overlap, are
+   polytope of m facets has at most 2 m - 4 (and a few more if it has a tip so sharp, with four facets
+   or more, that their rounding draws it apart). Both buffers stay the caller's, must not overlap, are
    kept by pointer, and must outlive the shape unchanged. On an error the contents of `vertices` are
    undefined.
 
@@ -1109,8 +1109,7 @@ ECP_DEF size_t ecp_mcp_memsize(int n, int m);
    roundings (4 FLT_EPSILON or DBL_EPSILON) will do whatever the tolerance. Unknowns may be in any, but
    where Newton alone does not do, damping and other starts are of size 1. The report is written if the
    status is ECP_OK or ECP_NOT_SOLVED. mem: ecp_mcp_memsize(n, m) bytes, aligned to 8 (ECP_MEMORY_SMALL,
-   ECP_MEMORY_ALIGN).
-   ECP_BAD_OPTION of n and m where that is 0, and of options. */
+   ECP_MEMORY_ALIGN). ECP_BAD_OPTION of n and m where that is 0, and of options. */
 ECP_DEF ecp_status ecp_mcp_solve(const ecp_mcp *problem, const ecp_options *options, ecp_real *z,
                                  void *mem, size_t bytes, ecp_mcp_report *report);
 
@@ -2574,7 +2573,8 @@ typedef struct ecp_i_integrals {
 
 /* adds the tetrahedron (o, p, q, r). About o, with volume V = p.(q x r) / 6 and t = p + q + r,
    int x = V t / 4 and int x x^T = V (p p^T + q q^T + r r^T + t t^T) / 20. (q x r of a needle is large, and
-   p.(q x r) what cancels; the triangle's area vector, which has the same product with p, is small.) */
+   p.(q x r) what cancels; the triangle's area vector, which has the same product with p, is small. Of a
+   triangle as long as p, at a tip D away, it is still D^2 eps.) */
 static void ecp_i_integrals_add(ecp_i_integrals *sum, const ecp_real p0[3], const ecp_real q0[3],
                                 const ecp_real r0[3])
 {
@@ -6939,7 +6939,8 @@ static void ecp_i_sooner(ecp_real e, ecp_real *first)
 }
 
 /* The least e > 0 at which an impulse z + e dz ends, or one that sticks comes to the rim of its cone; 0: there is
-   none. Of a search along impulses that drift (ecp_i_take_stride). With p = (p_n, y) the latter is the root of |y + e dy|^2 = mu^2 (p_n + e dp_n)^2. */
+   none. Of a search along impulses that drift (ecp_i_take_stride). With p = (p_n, y) the latter is the root of
+   |y + e dy|^2 = mu^2 (p_n + e dp_n)^2. */
 static ecp_real ecp_i_island_event(const void *self, const ecp_real *z, const ecp_real *dz)
 {
     const ecp_i_island *s = (const ecp_i_island *)self;

@@ -1119,7 +1119,8 @@ static void shapes_turn_planes(ecp_real *planes, int count)
 }
 
 /* A rod, as thick as a part 1 / A of its length, has its volume to the rounding of its thickness, A eps; a pyramid
-   whose offsets are all about 1 has its tip, far away, to D eps */
+   whose offsets are all about 1 has its tip, far away, to D eps, and its volume to D^2 eps / 27 beyond that: an area
+   vector of a triangle as long as D rounds to D^2 eps / 4, p is D / 5 and the volume 4 D / 3 (ecp_i_integrals_add) */
 static void test_shape_polytope_slender(void)
 {
     const ecp_real thin[3] = {ECP_R(10), ECP_R(100), ECP_R(1000)};
@@ -1162,7 +1163,7 @@ static void test_shape_polytope_slender(void)
         if (status != ECP_OK) continue;
         CHECK_NEAR(s.size[0] / (D - 1), 1, 8 * D * EPS);
         ecp_shape_mass(&s, ECP_R(1), &m);
-        if (D < 200) CHECK_NEAR(m.mass / (D * ECP_R(4) / 3), 1, 8 * D * EPS);
+        CHECK_NEAR(m.mass / (D * ECP_R(4) / 3), 1, (8 + D / 27) * D * EPS);
     }
 }
 

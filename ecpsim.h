@@ -219,10 +219,10 @@
 
    REAL TIME
    options.max_total_iterations bounds the Newton iterations of a step, all attempts together; a step
-   that it ends is ECP_NOT_SOLVED, and the world untouched. With a bound, whatever it is, no solution is
-   given up because its contacts win energy: ecp_report.work above 0.01, or midway above 0.02, says that
-   shorter steps from the state before would be better. docs/embedding.md: memory, stack, time, what to do
-   where a bound ends a step, porting.
+   that it ends is ECP_NOT_SOLVED, and the world untouched. A solution whose contacts win energy is given
+   up for shorter steps only if the bound leaves more iterations than it has taken, and taken after all
+   if the rest finds none that is better: ecp_report.work above 0.01, or midway above 0.02, says so.
+   docs/embedding.md: memory, stack, time, what to do where a bound ends a step, porting.
 
    EQUATIONS
    docs/model.md derives them, docs/numerics.md the solver. Comments name the paper's LaTeX labels. */
@@ -886,8 +886,8 @@ typedef struct ecp_report {
                               twice the kinetic energy of its bodies (of each the most that it has
                               before, after, or in free motion), without what pushes overlaps apart.
                               More than 0.01 is given up for sub-steps, where they may be used and
-                              max_total_iterations is 0, and taken if they do no better: with a
-                              bound this is to be looked at. (0 if ECPSIM_FALLBACKS is without them) */
+                              max_total_iterations leaves enough, and taken if they do no better:
+                              with a bound look at it. (0 if ECPSIM_FALLBACKS is without them) */
     ecp_real midway; /* the most that two primitives in an island, one of which turns by more than
                               0.25 rad, overlap half way of the step, beyond what they did where it
                               began, in radii of the smaller one. (The equations see beginning and
@@ -11044,12 +11044,30 @@ static ecp_real ecp_i_midway(const ecp_i_island *s)
     return ecp_i_finite(most) ? most : 0;
 }
 
-/* Is a solution given up, for the work of its contacts or for what is half way? Only where sub-steps may be used; a
-   bound on the iterations is not spent on what is solved. */
+/* is there a better solution in shorter steps, by the work of the contacts or by what is half way? */
+static int ecp_i_is_doubtful(const ecp_world *w, const ecp_report *r)
+{
+    return r->work > ecp_i_most_work(w) || r->midway > ECP_I_MOST_MIDWAY;
+}
+
+/* In options.fallbacks of what is tried under a bound on the iterations when it holds in reserve what a solution has
+   taken, to solve it once more. */
+#define ECP_I_IN_RESERVE 0x8000
+
+/* Is a solution given up? Only where sub-steps may be used, and under a bound only one that is in reserve. */
 static int ecp_i_gives_up(const ecp_world *w, const ecp_options *o, const ecp_report *r)
 {
-    return ecp_i_may(o, ECP_FALLBACK_SUBSTEPS) && o->max_total_iterations == 0 &&
-           (r->work > ecp_i_most_work(w) || r->midway > ECP_I_MOST_MIDWAY);
+    return ecp_i_may(o, ECP_FALLBACK_SUBSTEPS) &&
+           (o->max_total_iterations == 0 || (o->fallbacks & ECP_I_IN_RESERVE)) &&
+           ecp_i_is_doubtful(w, r);
+}
+
+/* Is a step that is solved under a bound given up before it is taken? Its iterations must fit once more. */
+static int ecp_i_reserves(const ecp_world *w, const ecp_options *o, int reserve,
+                          const ecp_report *r)
+{
+    return ecp_i_may(o, ECP_FALLBACK_SUBSTEPS) && o->max_total_iterations > 0 && !w->advancing &&
+           reserve < ecp_i_effort_after(o, r->iterations).most && ecp_i_is_doubtful(w, r);
 }
 
 /* the island of the bodies and patches listed under this label, and where their unknowns stand */
@@ -11667,7 +11685,9 @@ static ecp_status ecp_i_commit(ecp_i_step *s)
 
 /* One step of the length h, all or nothing; the report adds up. `spare` bytes at the end of the
    block are somebody else's. cut: NULL, or 0, and set to 1 where the step fails by an island that was given
-   up early (ecp_i_hurries). */
+   up early (ecp_i_hurries), to ECP_I_RESERVED where it is solved and not taken (ecp_i_reserves). */
+#define ECP_I_RESERVED 2
+
 static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_options *o, size_t spare,
                                   int *cut, ecp_report *r)
 {
@@ -11698,6 +11718,10 @@ static ecp_status ecp_i_step_once(ecp_world *world, ecp_real h, const ecp_option
     r->patches_kept = s.pair_count - (ECP_I_PAIRS ? s.without : 0);
     r->patches_left_out = ecp_i_count_pairs(&s) - r->patches_kept;
     if (status == ECP_OK && !asleep) status = ecp_i_verify(&s);
+    if (status == ECP_OK && cut && ecp_i_reserves(world, o, r->iterations, r)) {
+        *cut = ECP_I_RESERVED;
+        status = ECP_NOT_SOLVED;
+    }
     if (status == ECP_OK && !asleep) status = ecp_i_commit(&s);
     for (i = 0; status == ECP_OK && i < world->bodies; i++) {
         ecp_i_raise(&r->largest_turn, h * ecp_i_norm(s.motions[i].v + 3));
@@ -11762,7 +11786,7 @@ static ecp_status ecp_i_take_parts(ecp_world *world, ecp_real h, const ecp_optio
     ecp_status status;
     int i, cut = 0, iterations = r->iterations;
     quick.fallbacks &= ECP_FALLBACK_WORKING_SET | ECP_FALLBACK_GEOMETRIC |
-                       ECP_FALLBACK_CONTINUATION | ECP_FALLBACK_SUBSTEPS;
+                       ECP_FALLBACK_CONTINUATION | ECP_FALLBACK_SUBSTEPS | ECP_I_IN_RESERVE;
     r->substeps = 0;
     while (rest > 0) {
         status = ecp_i_step_once(world, h * part, part > ECP_I_SHORT ? &quick : o, spare,
@@ -11793,40 +11817,76 @@ static ecp_status ecp_i_take_parts(ecp_world *world, ecp_real h, const ecp_optio
 
 /* A step that has failed, in parts; if it was given up early (cut) first in haste, then whole with all
    fallbacks. If there is no way but by what is given up, the whole step along the chord: what spins in a wedge may
-   be held there, where the printed slip only lets it be shot out. If that is none either contacts may do work: in the
-   whole step, or else in parts again. The state before is kept at the end of the block. */
-static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_options *o,
-                                      size_t spare, int cut, ecp_report *r)
+   be held there, where the printed slip only lets it be shot out. If that is none either contacts may do work, but
+   where there is a solution in reserve: in the whole step, or else in parts again. saved: the state before. */
+static ecp_status ecp_i_try_parts(ecp_world *world, ecp_real h, const ecp_options *o, size_t spare,
+                                  const unsigned char *saved, int cut, ecp_report *r)
 {
-    unsigned char *block = (unsigned char *)world,
-                  *saved = block + world->bytes - spare - world->state_bytes;
-    size_t bytes = world->state_bytes;
-    const ecp_i_body *before = (const ecp_i_body *)(void *)(saved + world->bodies_at);
+    const ecp_i_body *before = (const ecp_i_body *)(const void *)(saved + world->bodies_at);
     ecp_options lenient = *o, chord = *o;
     ecp_status status = ECP_NOT_SOLVED;
     int k, last = 2, given_up = ecp_i_gives_up(world, o, r);
     lenient.fallbacks &= ~ECP_FALLBACK_SUBSTEPS;
     chord.fallbacks |= ECP_I_CHORD_FIRST;
-    ECPSIM_MEMCPY(saved, block, bytes);
-    r->fallbacks |= ECP_FALLBACK_SUBSTEPS;
     for (k = cut ? 0 : 2; k <= last && status == ECP_NOT_SOLVED; k++) {
         const ecp_options *way = k > 3 ? &lenient : k == 3 ? &chord : o;
         if (k == 3 && !(ECP_I_FRICTION && ecp_i_may(o, ECP_FALLBACK_CHORD))) continue;
-        ECPSIM_MEMCPY(block, saved, bytes);
+        ECPSIM_MEMCPY(world, saved, world->state_bytes);
         r->substeps = 1;
         if (k == 1 || k == 3 || k == 4) {
-            status = ecp_i_step_once(world, h, way, bytes + spare, NULL, r);
+            status = ecp_i_step_once(world, h, way, spare, NULL, r);
             given_up |= ecp_i_gives_up(world, way, r);
         } else {
-            status = ecp_i_take_parts(world, h, way, bytes + spare, k == 0, before, &given_up, r);
+            status = ecp_i_take_parts(world, h, way, spare, k == 0, before, &given_up, r);
         }
         if (k == 2 && given_up) {
-            last = 5;
+            last = o->fallbacks & ECP_I_IN_RESERVE ? 3 : 5;
             given_up = 0;
         }
         if (ecp_i_effort_after(o, r->iterations).most == 0) break;
     }
-    if (status != ECP_OK) ECPSIM_MEMCPY(block, saved, bytes);
+    return status;
+}
+
+/* Under a bound on the iterations what is solved first is not given up. If it is doubtful, and the bound leaves more
+   than it has taken (`reserve`), the rest is spent on a better one; if there is none it is solved once more. */
+static ecp_status ecp_i_try_within(ecp_world *world, ecp_real h, const ecp_options *o, size_t spare,
+                                   const unsigned char *saved, int cut, ecp_report *r)
+{
+    ecp_options first = *o, better = *o;
+    ecp_status status;
+    int reserve = r->iterations, whole = cut == ECP_I_RESERVED, hasty = 0;
+    first.fallbacks &= ~ECP_FALLBACK_SUBSTEPS;
+    if (!whole) {
+        status = ecp_i_try_parts(world, h, &first, spare, saved, cut, r);
+        reserve = r->iterations - reserve;
+        if (status != ECP_OK || !ecp_i_reserves(world, o, reserve, r)) return status;
+    }
+    better.fallbacks |= ECP_I_IN_RESERVE;
+    better.max_total_iterations -= reserve;
+    status = ecp_i_try_parts(world, h, &better, spare, saved, whole ? 0 : cut, r);
+    if (status != ECP_NOT_SOLVED) return status;
+    if (!whole) return ecp_i_try_parts(world, h, &first, spare, saved, cut, r);
+    ECPSIM_MEMCPY(world, saved, world->state_bytes);
+    r->substeps = 1;
+    return ecp_i_step_once(world, h, &first, spare, &hasty, r);
+}
+
+/* a step that has failed in parts, or some other way; the state before is kept at the end of the block */
+static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_options *o,
+                                      size_t spare, int cut, ecp_report *r)
+{
+    size_t bytes = world->state_bytes;
+    unsigned char *saved = (unsigned char *)world + world->bytes - spare - bytes;
+    ecp_status status;
+    ECPSIM_MEMCPY(saved, world, bytes);
+    r->fallbacks |= ECP_FALLBACK_SUBSTEPS;
+    spare += bytes;
+    if (o->max_total_iterations > 0)
+        status = ecp_i_try_within(world, h, o, spare, saved, cut, r);
+    else
+        status = ecp_i_try_parts(world, h, o, spare, saved, cut, r);
+    if (status != ECP_OK) ECPSIM_MEMCPY(world, saved, bytes);
     ECPSIM_MEMSET(saved, 0, bytes);
     return status;
 }

@@ -3,6 +3,7 @@
    Families of scenes, each built from a seed, so that `stress full pair 17` repeats one case, with a
    line a step on stderr. STRESS_SEED=1 stress full: other cases of the same families, for any number.
    STRESS_FALLBACKS=95 stress full corner: with these of the ECP_FALLBACK_... alone (here without the chord).
+   STRESS_BOUND=500 stress full drop: with max_total_iterations.
    After every step the report is counted, and penetration is measured by code that knows nothing of
    the solver (distance.h). A step that is not solved ends its case. `stress full cups`, `wall`, `jolt` and
    `crates` are known to leave some unsolved (docs/numerics.md) and are no part of the whole run. One row a family, and the
@@ -1368,8 +1369,9 @@ static void go_on(trial *t, ecp_report *r)
     ecp_advance_options o = ecp_advance_options_default();
     ecp_advance_report a;
     ecp_options step = ecp_options_default();
-    const char *fallbacks = getenv("STRESS_FALLBACKS");
+    const char *fallbacks = getenv("STRESS_FALLBACKS"), *bound = getenv("STRESS_BOUND");
     if (fallbacks) step.fallbacks = atoi(fallbacks);
+    if (bound) step.max_total_iterations = atoi(bound);
     if (scene_advance_order == 0) {
         ecp_step(t->s.world, (ecp_real)t->h, &step, r);
         return;

@@ -998,9 +998,13 @@ static void world_test_total_iterations(void)
             CHECK(bounded.iterations <= most);
         }
         CHECK(refused >= 3);
-        /* for their work alone steps are not taken in parts where iterations are counted */
+        /* (in parts only once more than twice their iterations are left, where it is for their work alone) */
         CHECK(bounded.status == ECP_OK);
         CHECK(kind == 0 || memcmp(f.world, whole, f.bytes) == 0);
+        o.max_total_iterations = 4 * r.iterations;
+        memcpy(f.world, f.copy, f.bytes);
+        CHECK(ecp_step(f.world, ECP_R(0.02), &o, &bounded) == ECP_OK);
+        CHECK(memcmp(f.world, whole, f.bytes) == 0);
     }
     o.max_total_iterations = -1;
     CHECK(ecp_step(f.world, ECP_R(0.02), &o, NULL) == ECP_BAD_OPTION);

@@ -868,7 +868,7 @@ typedef struct ecp_report {
                             the elimination they have, which `evaluations` alone counts */
     int centring_rounds; /* of the rule ECP_CENTRED */
     int centred;         /* 1: the rule reached its solution in every island that needed it; 0 with
-                            ECP_NEAREST */
+                            ECP_NEAREST, and of a step that is not done */
     int evaluations;     /* residual evaluations, of an island each */
     int fallbacks;       /* ECP_FALLBACK_... that were used, or-ed */
     int substeps;        /* shorter steps that it took; 1 but for ECP_FALLBACK_SUBSTEPS. Of several,
@@ -11917,6 +11917,8 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
     if (status == ECP_OK) {
         r.body = r.shape_a = r.shape_b = -1;
         r.value = r.limit = 0;
+    } else {
+        r.centred = 0;
     }
     r.status = status;
     if (report) *report = r;

@@ -992,6 +992,7 @@ static void world_test_total_iterations(void)
             if (ecp_step(f.world, ECP_R(0.02), &o, &bounded) != ECP_OK) {
                 refused++;
                 WORLD_REFUSED(&f, bounded.status, ECP_NOT_SOLVED);
+                CHECK(bounded.centred == 0);
                 /* the report is that of the search that it ended: no other was begun */
                 CHECK(most >= o.max_iterations || bounded.fallbacks == 0);
             }

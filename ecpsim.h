@@ -11917,9 +11917,8 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
     if (status == ECP_OK) {
         r.body = r.shape_a = r.shape_b = -1;
         r.value = r.limit = 0;
-    } else {
-        r.centred = 0;
     }
+    r.centred &= status == ECP_OK;
     r.status = status;
     if (report) *report = r;
     if (status == ECP_NOT_SOLVED && o.dump) o.dump(world, h, &o, o.dump_write, o.dump_user);

@@ -11044,7 +11044,7 @@ static ecp_real ecp_i_midway(const ecp_i_island *s)
     return ecp_i_finite(most) ? most : 0;
 }
 
-/* is there a better solution in shorter steps, by the work of the contacts or by what is half way? */
+/* may there be a better solution in shorter steps, by the work of the contacts or by what is half way? */
 static int ecp_i_is_doubtful(const ecp_world *w, const ecp_report *r)
 {
     return r->work > ecp_i_most_work(w) || r->midway > ECP_I_MOST_MIDWAY;
@@ -11865,7 +11865,7 @@ static ecp_status ecp_i_try_within(ecp_world *world, ecp_real h, const ecp_optio
     better.fallbacks |= ECP_I_IN_RESERVE;
     better.max_total_iterations -= reserve;
     status = ecp_i_try_parts(world, h, &better, spare, saved, whole ? 0 : cut, r);
-    if (status != ECP_NOT_SOLVED) return status;
+    if (status == ECP_OK) return status;
     if (!whole) return ecp_i_try_parts(world, h, &first, spare, saved, cut, r);
     ECPSIM_MEMCPY(world, saved, world->state_bytes);
     r->substeps = 1;

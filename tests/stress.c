@@ -5,9 +5,9 @@
    STRESS_FALLBACKS=95 stress full corner: with these of the ECP_FALLBACK_... alone (here without the chord).
    STRESS_BOUND=500 stress full drop: with max_total_iterations.
    After every step the report is counted, and penetration is measured by code that knows nothing of
-   the solver (distance.h). A step that is not solved ends its case. `stress full cups`, `wall`, `jolt` and
-   `crates` are known to leave some unsolved (docs/numerics.md) and are no part of the whole run. One row a family, and the
-   sum:
+   the solver (distance.h). A step that is not solved ends its case. `stress full cups`, `wall` and
+   `jolt` are known to leave some unsolved (docs/numerics.md); they and `crates` are no part of the whole run. One row a
+   family, and the sum:
 
      geom .. sub   steps that needed each fallback
      depth         worst penetration, in relation to the smaller body of the pair

@@ -10482,19 +10482,26 @@ static int ecp_i_let_go(const ecp_i_island *s, const ecp_real *z)
     return count;
 }
 
+/* of the unit of gaps, h V: by so much no two get deeper in each other in a step that have no patch */
+#define ECP_I_DEEPER ECP_R(0.125)
+
 /* How deep the two of a patch that is left out are in each other at the trial motion, by more than a certificate lets
-   pass, and their radius if they have gone through each other; 0: a direction shows that they are apart. */
-static ecp_real ecp_i_depth_without(ecp_i_pair *c, ecp_real tolerance)
+   pass, and their radius if they have gone through each other; 0: a direction shows that they are apart. If they meet
+   in the step it lets less pass: in a short one, in float, g h^2 is less than all of it, and bodies fell freely through
+   what they stood on. */
+static ecp_real ecp_i_depth_without(ecp_i_pair *c, ecp_real h, ecp_real tolerance)
 {
-    ecp_i_posed A, B, moved;
+    ecp_i_posed A, B, moved, was[2];
     ecp_real at[2][3], n[3], apart, size = ecp_i_min(c->a->shape.radius, c->b->shape.radius);
-    ecp_real limit = ecp_i_let_pass(c, tolerance);
+    ecp_real limit = ecp_i_let_pass(c, tolerance), deeper = ECP_I_DEEPER * h * c->V;
+    ecp_i_poses(c, 0, was, was + 1);
     ecp_i_poses(c, 1, &A, &B);
     moved = B;
     if (!(ecp_i_distance(&A, &B, at[0], at[1], n) > 0))
         ecp_i_move_apart(&A, &moved, at[0], at[1], n);
     if (ecp_i_passes(c, n) > 0) return size;
     apart = ecp_i_separation(&A, &B, n);
+    if (ecp_i_separation(was, was + 1, n) - apart > deeper) limit = ecp_i_min(limit, deeper);
     if (apart >= -limit) return 0;
     /* values of f at other points than the patch's own */
     c->placed = 0;
@@ -10510,7 +10517,7 @@ static void ecp_i_find_depths(const ecp_i_island *s, ecp_real tolerance)
     ecp_i_change_set(s, ECP_I_LET, ECP_I_OUT);
     ecp_i_change_set(s, ECP_I_TRIED, ECP_I_OUT);
     for (i = s->pair_count; i < s->all; i++)
-        s->pairs[i]->on_b->depth = ecp_i_depth_without(s->pairs[i], tolerance);
+        s->pairs[i]->on_b->depth = ecp_i_depth_without(s->pairs[i], s->h, tolerance);
 }
 
 /* a patch joins without a load, at the trial motion */
@@ -10520,7 +10527,8 @@ static void ecp_i_start_new(const ecp_i_island *s, ecp_i_pair *c, ecp_real *z)
     c->on_b->set = ECP_I_NEW;
     ecp_i_start_geometric(c, s->h, NULL, ECP_I_FLAT, 0, z + c->at);
     for (k = 0; k <= ecp_i_nf(c); k++) z[c->at + ecp_i_at_p(c) + k] = 0;
-    ecp_i_let_gap_be(s, c, z + c->at);
+    c->on_b->rest = 0;
+    if (!(c->on_b->depth > 0)) ecp_i_let_gap_be(s, c, z + c->at);
 }
 
 /* The deepest of those that are left out join at z, the last solution: `most` of them at most. How many that are. */

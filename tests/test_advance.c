@@ -1492,8 +1492,8 @@ static double advance_egg_at(double t, int steps, double *y)
 }
 
 /* An egg that spins at 40 rad/s and slips: what holds it down is nearly all of what its contact's curve takes. With a
-   lead-in whose way ahead closed the gap each first base step was free of the ground, and the spin was off by 0.7 rad/s
-   at all tolerances. (Tolerances are of 40 rad/s here.) */
+   lead-in whose way ahead closed the gap each first base step was free of the ground, and the spin was off at all
+   tolerances. (Tolerances are of 40 rad/s here.) */
 static void advance_egg(void)
 {
     ecp_advance_options o = advance_options(1e-6, 1e-3);
@@ -1537,7 +1537,7 @@ static void advance_plank_rate(const double *y, double *rate)
 }
 
 /* Contacts of two primitives turn with them. Poses were put back on to them along the normals of the last base step,
-   which moved the plank aside by 1e-2 in 2 s, whatever the tolerance, and reported nothing of it. */
+   which moved the plank aside, whatever the tolerance, and reported nothing of it. */
 static void advance_plank(void)
 {
     static const double tolerances[3] = {1e-4, 1e-6, 1e-7};

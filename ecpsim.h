@@ -3953,11 +3953,12 @@ typedef struct ecp_i_motion {
     int at;                      /* of its six unknowns in the island's vector */
     int loads;                   /* patches that carry it */
     int carries;                 /* patches that it carries */
-    ecp_real load;               /* its mass and what it carries, on these patches together */
+    ecp_real load;               /* its mass and what it carries, on these patches together; without
+                                    gravity: the mass of the heaviest but next_ready */
     struct ecp_i_pair *rests_on; /* the first of the patches that carry it, by next_below */
-    struct ecp_i_motion *next_ready;
-    int turns;                    /* how many times ecp_i_move has set T, J and R */
-    ecp_real R0[9];               /* rotation at the beginning of the step */
+    struct ecp_i_motion *next_ready; /* without gravity: the heaviest of those that it touches */
+    int turns;                       /* how many times ecp_i_move has set T, J and R */
+    ecp_real R0[9];                  /* rotation at the beginning of the step */
     ecp_real inertia[9];          /* about the centre of mass, world axes, beginning of the step */
     ecp_real whole[6];            /* p_app + p_vp of equ:discrete_NE */
     ecp_real kick[6];             /* what the equations take of it; all, but for ecp_i_ramp */
@@ -8072,7 +8073,10 @@ static ecp_real ecp_i_passes(const ecp_i_pair *c, const ecp_real n[3])
     if (ecp_i_dot(turned, n) >= -ECP_R(0.5))
         return 0; /* by less than 120 degrees: round a corner */
     ecp_i_moved(c, &A, &B, B.way);
-    return ecp_i_distance(&A, &B, at_a, at_b, before) > 0 ? ECP_R(0) : depth;
+    /* (the way is known to its rounding) */
+    return ecp_i_distance(&A, &B, at_a, at_b, before) > 4 * ECP_I_EPSILON * ecp_i_norm(B.way)
+               ? ECP_R(0)
+               : depth;
 }
 
 /* How far apart A and B would be along n after a step in which both move on as they do at its beginning, where
@@ -10063,6 +10067,60 @@ static void ecp_i_island_loads(ecp_i_island *s)
     }
 }
 
+/* m touches `other`: is that one of the two heaviest? */
+static void ecp_i_add_neighbour(ecp_i_motion *m, ecp_i_motion *other)
+{
+    const ecp_i_motion *heaviest = m->next_ready;
+    if (!m->dynamic || !other->dynamic || heaviest == other) return;
+    if (heaviest && !(other->mass > heaviest->mass)) {
+        ecp_i_raise(&m->load, other->mass);
+        return;
+    }
+    m->load = heaviest ? heaviest->mass : ECP_R(0);
+    m->next_ready = other;
+}
+
+/* What the two of a patch can be pressed together by: the lighter of them, each with the heaviest of the others that it
+   touches. */
+static ecp_real ecp_i_mass_between(const ecp_i_pair *c)
+{
+    ecp_real behind[2];
+    int k;
+    for (k = 0; k < 2; k++) {
+        const ecp_i_motion *m = k ? c->mb : c->ma, *other = k ? c->ma : c->mb;
+        behind[k] = m->mass;
+        if (m->next_ready) behind[k] += m->next_ready == other ? m->load : m->next_ready->mass;
+    }
+    return ecp_i_min(behind[0], behind[1]);
+}
+
+/* so many times the mass of the lighter one is as good as that */
+#define ECP_I_AS_HEAVY ECP_R(8)
+
+/* Without gravity a light body that heavy ones push each other with, or are shut up in, passes on what these do: with
+   its own mass as the unit loads were of any number of units, and Newton did not find them. */
+static void ecp_i_weightless_units(ecp_i_island *s, ecp_real speed)
+{
+    int i;
+    for (i = 0; i < ecp_i_body_count(s); i++) {
+        ecp_i_motion *m = ecp_i_mover(s, i);
+        m->load = 0;
+        m->next_ready = NULL;
+    }
+    for (i = 0; i < s->pair_count; i++) {
+        ecp_i_add_neighbour(s->pairs[i]->ma, s->pairs[i]->mb);
+        ecp_i_add_neighbour(s->pairs[i]->mb, s->pairs[i]->ma);
+    }
+    for (i = 0; i < s->pair_count; i++) {
+        ecp_i_pair *c = s->pairs[i];
+        ecp_real between;
+        /* (what stands still takes any load; light bodies that heavy ones do not press on it are more often) */
+        if (!ecp_i_moves_a(c) || !ecp_i_moves_b(c)) continue;
+        between = ecp_i_mass_between(c);
+        if (between > ECP_I_AS_HEAVY * c->carried->mass) c->P = ecp_i_power_of_two(between * speed);
+    }
+}
+
 /* Units of the unknowns and rows. Impulse: the load times vs. */
 static void ecp_i_island_units(ecp_i_island *s)
 {
@@ -10089,6 +10147,8 @@ static void ecp_i_island_units(ecp_i_island *s)
         }
         c->rho = 1 / c->rho;
     }
+    if (ecp_i_body_count(s) > 1 && !(ecp_i_norm(s->world->desc.gravity) > 0))
+        ecp_i_weightless_units(s, speed);
 }
 
 /* The largest f_i of a primitive at a point x, seen from where positions are counted; f and g are room for it. */

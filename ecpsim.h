@@ -10312,6 +10312,14 @@ static void ecp_i_let_gap_be(const ecp_i_island *s, const ecp_i_pair *c, const e
     if (gap < 0 || y[ecp_i_at_p(c)] > 0) c->on_b->rest = gap;
 }
 
+/* The arm about B of what rests, which does not fall as the trial motion of a start does: g h^2 off, what friction and
+   walls hold was not in balance, and what rests in a box did not come to rest. */
+static void ecp_i_arm_at_rest(ecp_i_pair *c, ecp_real h)
+{
+    if (ecp_i_moves_a(c)) ecp_i_axpy(c->rb, -h, c->ma->free, c->rb);
+    if (ecp_i_moves_b(c)) ecp_i_axpy(c->rb, h, c->mb->free, c->rb);
+}
+
 /* the unknowns of a patch in start k, its impulse on the bodies, and what that may be off; bare: without the impulses
    of the last step */
 static void ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, int bare,
@@ -10346,6 +10354,7 @@ static void ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, 
     ecp_i_pair_impulse(c, z + c->at);
     ecp_i_pair_noise(c, s->h, 2 * s->noise);
     if (ecp_i_moves_a(c)) ecp_i_wrench(c, c->ma, warm ? c->ra : none, 1);
+    if (warm && s->rests && !ecp_i_on_plane(c)) ecp_i_arm_at_rest(c, s->h);
     if (ecp_i_moves_b(c)) ecp_i_wrench(c, c->mb, warm ? c->rb : none, -1);
 }
 

@@ -8073,7 +8073,7 @@ static ecp_real ecp_i_passes(const ecp_i_pair *c, const ecp_real n[3])
     if (ecp_i_dot(turned, n) >= -ECP_R(0.5))
         return 0; /* by less than 120 degrees: round a corner */
     ecp_i_moved(c, &A, &B, B.way);
-    /* (the way is known to its rounding) */
+    /* (what is off the way by less than its rounding is on it) */
     return ecp_i_distance(&A, &B, at_a, at_b, before) > 4 * ECP_I_EPSILON * ecp_i_norm(B.way)
                ? ECP_R(0)
                : depth;
@@ -10094,7 +10094,7 @@ static ecp_real ecp_i_mass_between(const ecp_i_pair *c)
     return ecp_i_min(behind[0], behind[1]);
 }
 
-/* so many times the mass of the lighter one is as good as that */
+/* up to so many times the lighter one's mass that mass does as well */
 #define ECP_I_AS_HEAVY ECP_R(8)
 
 /* Without gravity a light body that heavy ones push each other with, or are shut up in, passes on what these do: with
@@ -10114,7 +10114,7 @@ static void ecp_i_weightless_units(ecp_i_island *s, ecp_real speed)
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         ecp_real between;
-        /* (what stands still takes any load; light bodies that heavy ones do not press on it are more often) */
+        /* (not against what does not move: most that touch it are not pressed on it by others) */
         if (!ecp_i_moves_a(c) || !ecp_i_moves_b(c)) continue;
         between = ecp_i_mass_between(c);
         if (between > ECP_I_AS_HEAVY * c->carried->mass) c->P = ecp_i_power_of_two(between * speed);
@@ -10312,14 +10312,6 @@ static void ecp_i_let_gap_be(const ecp_i_island *s, const ecp_i_pair *c, const e
     if (gap < 0 || y[ecp_i_at_p(c)] > 0) c->on_b->rest = gap;
 }
 
-/* The arm about B of what rests, which does not fall as the trial motion of a start does: g h^2 off, what friction and
-   walls hold was not in balance, and what rests in a box did not come to rest. */
-static void ecp_i_arm_at_rest(ecp_i_pair *c, ecp_real h)
-{
-    if (ecp_i_moves_a(c)) ecp_i_axpy(c->rb, -h, c->ma->free, c->rb);
-    if (ecp_i_moves_b(c)) ecp_i_axpy(c->rb, h, c->mb->free, c->rb);
-}
-
 /* the unknowns of a patch in start k, its impulse on the bodies, and what that may be off; bare: without the impulses
    of the last step */
 static void ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, int bare,
@@ -10354,7 +10346,9 @@ static void ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, 
     ecp_i_pair_impulse(c, z + c->at);
     ecp_i_pair_noise(c, s->h, 2 * s->noise);
     if (ecp_i_moves_a(c)) ecp_i_wrench(c, c->ma, warm ? c->ra : none, 1);
-    if (warm && s->rests && !ecp_i_on_plane(c)) ecp_i_arm_at_rest(c, s->h);
+    /* what rests does not fall as the trial motion of a start does: g h^2 off, what friction and walls hold was never in
+       balance, and what lies in a box did not come to rest */
+    if (warm && s->rests && !ecp_i_on_plane(c)) ecp_i_add(c->offset, c->ra, c->rb);
     if (ecp_i_moves_b(c)) ecp_i_wrench(c, c->mb, warm ? c->rb : none, -1);
 }
 
@@ -10555,9 +10549,9 @@ static int ecp_i_let_go(const ecp_i_island *s, const ecp_real *z)
 #define ECP_I_DEEPER ECP_R(0.125)
 
 /* How deep the two of a patch that is left out are in each other at the trial motion, by more than a certificate lets
-   pass, and their radius if they have gone through each other; 0: a direction shows that they are apart. If they meet
-   in the step it lets less pass: in a short one, in float, g h^2 is less than all of it, and bodies fell freely through
-   what they stood on. */
+   pass, and their radius if they have gone through each other; 0: a direction shows that they are apart. Of two that
+   meet in the step less passes: in float, in short steps, a certificate lets more pass than g h^2, and bodies fell freely
+   through what they stood on. */
 static ecp_real ecp_i_depth_without(ecp_i_pair *c, ecp_real h, ecp_real tolerance)
 {
     ecp_i_posed A, B, moved, was[2];

@@ -10151,33 +10151,43 @@ static void ecp_i_island_units(ecp_i_island *s)
         ecp_i_weightless_units(s, speed);
 }
 
-/* The largest f_i of a primitive at a point x, seen from where positions are counted; f and g are room for it. */
-static ecp_real ecp_i_outside(const ecp_i_posed *p, const ecp_real x[3], int count, ecp_real *f,
-                              ecp_real *g)
+/* The largest f_i of a primitive at a point x in its frame; f and g are those of the point. */
+static ecp_real ecp_i_most_outside(const ecp_shape *s, const ecp_real x[3], int count, ecp_real *f,
+                                   ecp_real *g)
 {
-    ecp_real rel[3], local[3], most;
+    ecp_real most;
     int i;
-    ecp_i_sub(x, p->x, rel);
-    ecp_i_mul_t(p->Q, rel, local);
-    p->shape->cls->eval(p->shape, local, f, g);
+    s->cls->eval(s, x, f, g);
     most = f[0];
     for (i = 1; i < count; i++) most = ecp_i_max(most, f[i]);
     return most;
 }
 
+/* the same of a point seen from where positions are counted */
+static ecp_real ecp_i_outside(const ecp_i_posed *p, const ecp_real x[3], int count, ecp_real *f,
+                              ecp_real *g)
+{
+    ecp_real rel[3], local[3];
+    ecp_i_sub(x, p->x, rel);
+    ecp_i_mul_t(p->Q, rel, local);
+    return ecp_i_most_outside(p->shape, local, count, f, g);
+}
+
 /* A pair's ECP a, in the frame of A, to start from that of the last step. Where one slides on the other it goes with
    the one that moves, with A if both do, unless it would leave the other: the pressure of a box stays under the
-   box, on a floor that is a box as well. */
-static void ecp_i_carry_ecp(const ecp_i_pair *c, const ecp_i_patch *old, ecp_real h, ecp_real a[3])
+   box, on a floor that is a box as well. rests: the trial motion is not how they move, they rest. */
+static void ecp_i_carry_ecp(const ecp_i_pair *c, const ecp_i_patch *old, ecp_real h, int rests,
+                            ecp_real a[3])
 {
     ecp_i_posed A, B;
     ecp_real at[3], r[3], way[3], on_b[3], stays, goes;
     const ecp_contact *k = &old->contact;
-    const ecp_real *va = c->ma->body->v, *vb = c->mb->body->v;
+    const ecp_real *va = rests ? c->ma->body->v : c->ma->v;
+    const ecp_real *vb = rests ? c->mb->body->v : c->mb->v;
     ecp_i_pose(c, 0, 0, &A);
     ecp_i_mul(A.Q, old->a, at);
     ecp_i_add(at, A.x, at);
-    /* how far B slides, with the velocities that the step begins with */
+    /* how far B slides */
     ecp_i_sub(vb, va, way);
     ecp_i_cross(at, va + 3, r);
     ecp_i_add(way, r, way);
@@ -10232,24 +10242,130 @@ static void ecp_i_turn_ecp_back(const ecp_i_pair *c, const ecp_real normal[3], e
     ecp_i_copy3(at, a);
 }
 
-/* the geometry of the last step's solution, in this step's units; impulses zero */
+/* Is a primitive flat at the point x of it, where it has these multipliers, so that the normal turns with it? */
+static int ecp_i_flat_at(const ecp_shape *s, int count, const ecp_real *l, const ecp_real x[3])
+{
+    const ecp_real tiny = ecp_i_sqrt(ECP_I_EPSILON);
+    ecp_real H[9];
+    int i, active = 0;
+    for (i = 0; i < count; i++) active += l[i] > tiny;
+    if (active != 1) return 0;
+    if (!s->cls->hess) return 1;
+    s->cls->hess(s, x, l, H);
+    return s->radius * ecp_i_largest(9, H) <= tiny;
+}
+
+/* what counts as a generator or a face for a point that rolls */
+#define ECP_I_GENERATOR ECP_R(1e-3)
+
+/* A point x of a primitive whose normal there, in the primitive's frame, turns from n0 to n1: it moves as the support
+   point does, and so stays where it is along a generator. f and g are those of the new point. 0, with x as it was, if
+   nothing moves, if the new point is not of the surface, or if it is another end of a generator (by more than a curve
+   of four times the primitive's radius would move it). */
+static int ecp_i_roll_point(const ecp_shape *s, int count, const ecp_real n0[3],
+                            const ecp_real n1[3], ecp_real *f, ecp_real *g, ecp_real x[3])
+{
+    ecp_real turn[3], to[3], way;
+    s->cls->support(s, n0, ECP_I_GENERATOR, turn);
+    s->cls->support(s, n1, ECP_I_GENERATOR, to);
+    ecp_i_sub(to, turn, to);
+    ecp_i_sub(n1, n0, turn);
+    way = ecp_i_norm(to);
+    if (!(way > 0) || way > 4 * s->radius * ecp_i_norm(turn)) return 0;
+    ecp_i_add(x, to, to);
+    way = ecp_i_abs(ecp_i_most_outside(s, to, count, f, g));
+    if (way > ecp_i_sqrt(ECP_I_EPSILON) * s->radius) return 0;
+    ecp_i_copy3(to, x);
+    return 1;
+}
+
+/* the point x of one primitive, moved by `by` along the world direction n, in the frame of another */
+static void ecp_i_across(const ecp_i_posed *from, const ecp_real x[3], ecp_real by,
+                         const ecp_real n[3], const ecp_i_posed *to, ecp_real out[3])
+{
+    ecp_real at[3];
+    ecp_i_mul(from->Q, x, at);
+    ecp_i_add(at, from->x, at);
+    ecp_i_axpy(at, by, n, at);
+    ecp_i_sub(at, to->x, at);
+    ecp_i_mul_t(to->Q, at, out);
+}
+
+/* What is curved rolls on what is flat: the normal is that of the flat side, and the ECP is where the curved one has it
+   at the end of the trial motion. In y, which has the ECP (frame of A, in metres) and the multipliers of the last step,
+   the ECP and the multipliers of the curved side; 0, with y as it was, if it is not so. */
+static int ecp_i_roll_ecp(const ecp_i_pair *c, const ecp_i_patch *old, const ecp_real *multipliers,
+                          ecp_real *y)
+{
+    const ecp_contact *k = &old->contact;
+    const ecp_i_motion *flat = c->mb, *curved = c->ma;
+    const ecp_i_part *part = c->a;
+    ecp_i_posed A, B;
+    ecp_real x[3], N[3], n0[3], n1[3], at[3], slack = ecp_i_slack(c), *f = c->fa, *g = c->ga;
+    int rolls_b = 0, count = c->nl;
+    if (!c->a->shape.cls->hess && (ecp_i_on_plane(c) || !c->b->shape.cls->hess)) return 0;
+    if (!ecp_i_on_plane(c)) {
+        ecp_i_poses(c, 0, &A, &B);
+        ecp_i_across(&A, y, -k->gap, k->normal, &B, at);
+        if (!ecp_i_flat_at(&c->b->shape, c->nm, multipliers + c->nl, at)) {
+            if (!ecp_i_flat_at(&c->a->shape, c->nl, multipliers, y)) return 0;
+            flat = c->ma, curved = c->mb;
+            part = c->b;
+            f = c->on_b->fb, g = c->on_b->gb;
+            count = c->nm;
+            rolls_b = 1;
+        }
+    }
+    ecp_i_mul_t(curved->R0, k->normal, n1);
+    ecp_i_mul_t(part->rotation, n1, n0);
+    ecp_i_mul_t(flat->R0, k->normal, n1);
+    ecp_i_mul(flat->R, n1, x);
+    if (!ecp_i_on_plane(c)) ecp_i_copy3(x, N);
+    ecp_i_mul_t(curved->R, x, n1);
+    ecp_i_copy3(n1, x);
+    ecp_i_mul_t(part->rotation, x, n1);
+    ecp_i_copy3(rolls_b ? at : y, x);
+    if (!rolls_b) {
+        ecp_i_scale(-1, n0, n0);
+        ecp_i_scale(-1, n1, n1);
+    }
+    if (!ecp_i_roll_point(&part->shape, count, n0, n1, f, g, x)) return 0;
+    if (!ecp_i_on_plane(c)) {
+        ecp_i_poses(c, 1, &A, &B);
+        if (rolls_b) {
+            ecp_i_across(&B, x, k->gap, N, &A, at);
+            if (ecp_i_most_outside(&c->a->shape, at, c->nl, c->fa, c->ga) > slack) return 0;
+        } else {
+            ecp_i_across(&A, x, -k->gap, N, &B, at);
+            if (ecp_i_most_outside(&c->b->shape, at, c->nm, c->on_b->fb, c->on_b->gb) > slack)
+                return 0;
+        }
+    }
+    ecp_i_cone_multipliers(count, f, g, n1, ECP_R(1e-3) * part->shape.radius,
+                           y + (rolls_b ? ecp_i_at_m(c) : 3));
+    ecp_i_copy3(rolls_b ? at : x, y);
+    return 1;
+}
+
+/* the geometry of the last step's solution, in this step's units, moved on; impulses zero */
 static void ecp_i_start_warm(const ecp_i_island *s, const ecp_i_pair *c, ecp_real *y)
 {
     const ecp_i_patch *old = ecp_i_patches(s->world) + c->old;
     const ecp_contact *contact = &old->contact;
     const ecp_real *multipliers = ecp_i_multipliers(s->world, c->old);
-    ecp_real a[3];
     int i;
-    ecp_i_copy3(old->a, a);
-    if (ECP_I_FRICTION && ecp_i_on_plane(c))
-        ecp_i_turn_ecp_back(c, contact->normal, s->h, multipliers, a);
-    if (!ecp_i_on_plane(c)) ecp_i_carry_ecp(c, old, s->h, a);
-    ecp_i_scale(1 / c->L, a, y);
+    ecp_i_copy3(old->a, y);
     ecp_i_copy(c->nl, multipliers, y + 3);
     if (!ecp_i_on_plane(c)) {
         ecp_i_copy(c->nm, multipliers + c->nl, y + ecp_i_at_m(c));
         y[ecp_i_at_d(c)] = contact->gap / (s->h * c->V);
     }
+    if (s->rests || !ecp_i_roll_ecp(c, old, multipliers, y)) {
+        if (ECP_I_FRICTION && ecp_i_on_plane(c))
+            ecp_i_turn_ecp_back(c, contact->normal, s->h, multipliers, y);
+        if (!ecp_i_on_plane(c)) ecp_i_carry_ecp(c, old, s->h, s->rests, y);
+    }
+    ecp_i_scale(1 / c->L, y, y);
     for (i = 0; i <= ecp_i_nf(c); i++) y[ecp_i_at_p(c) + i] = 0;
 }
 
@@ -10352,6 +10468,14 @@ static void ecp_i_start_patch(ecp_i_island *s, ecp_i_pair *c, int k, int first, 
     if (ecp_i_moves_b(c)) ecp_i_wrench(c, c->mb, warm ? c->rb : none, -1);
 }
 
+/* the velocity change with the impulses that m->residual lacks */
+static void ecp_i_balance(const ecp_i_motion *m, ecp_real dv[6])
+{
+    int k;
+    ecp_i_velocity_change(m, m->residual, dv);
+    for (k = 0; k < 6; k++) dv[k] = m->free[k] - dv[k];
+}
+
 /* Contacts win no energy. A warm start in which bodies have so many times what their free motion may have holds the
    impulses of loads that are gone since the last step: gravity, or a force that pressed bodies together. */
 #define ECP_I_TOO_FAST ECP_R(1e6)
@@ -10367,11 +10491,10 @@ static int ecp_i_balance_start(ecp_i_island *s, ecp_real *z)
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
         ecp_real gaps = ecp_i_max(m->noise, m->jitter);
-        ecp_i_velocity_change(m, m->residual, dv);
+        ecp_i_balance(m, dv);
         for (j = 0; j < 6; j++) {
             ecp_real noise = ecp_i_max(s->noise * m->speed + ecp_i_noise_share(m, j) * gaps,
                                        s->turn / s->h * m->length);
-            dv[j] = m->free[j] - dv[j];
             if (j >= 3) noise /= m->length;
             if (ecp_i_abs(m->body->v[j] + (m->body->v_carry[j] + dv[j])) <= noise) {
                 dv[j] = -m->body->v[j] - m->body->v_carry[j];
@@ -10387,15 +10510,52 @@ static int ecp_i_balance_start(ecp_i_island *s, ecp_real *z)
     return !(excess > 0);
 }
 
-/* All patches and free motions of a start; bare: without the impulses of the last step. */
+/* What the impulses of the last step do to a body may stand for those of this one where with them its velocity changes
+   by no more than this part of what it would do without: they hold it, and are not those of an impact. */
+#define ECP_I_HELD ECP_R(0.5)
+
+/* The change dv of the velocity of a body that moves on as it did on others, by the impulses of the last step where they
+   acted; 0 if it does not. z is room. (On half-spaces alone the contacts are found without it, and among several bodies
+   impulses change: crates took more iterations.) */
+static int ecp_i_moves_on(ecp_i_island *s, ecp_real *z, ecp_real dv[6])
+{
+    ecp_i_motion *m = ecp_i_mover(s, 0);
+    ecp_real r[3], length2 = m->length * m->length, held, without;
+    int i, pairs = 0;
+    for (i = 0; i < s->pair_count; i++) pairs += !ecp_i_on_plane(s->pairs[i]);
+    if (pairs == 0 || ecp_i_body_count(s) > 1) return 0;
+    ECPSIM_MEMSET(m->residual, 0, sizeof m->residual);
+    for (i = 0; i < s->pair_count; i++) {
+        ecp_i_pair *c = s->pairs[i];
+        const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
+        if (!old || old->guess || !(old->contact.p_n > 0)) continue;
+        ecp_i_copy3(old->contact.normal, c->N);
+        ecp_i_copy3(old->contact.direction_t, c->t);
+        ecp_i_copy3(old->contact.direction_o, c->o);
+        c->turns_b = 0; /* (N, t and o are not those of the trial motion) */
+        ecp_i_pair_place(c, old->a);
+        ecp_i_start_impulses(s, c, z + c->at);
+        ecp_i_pair_impulse(c, z + c->at);
+        ecp_i_copy3(c->ra0, r);
+        if (ecp_i_moves_b(c)) ecp_i_add(c->offset, r, r);
+        ecp_i_wrench(c, m, r, ecp_i_moves_a(c) ? ECP_R(1) : ECP_R(-1));
+    }
+    ecp_i_balance(m, dv);
+    held = ecp_i_dot(dv, dv) + length2 * ecp_i_dot(dv + 3, dv + 3);
+    without = ecp_i_dot(m->free, m->free) + length2 * ecp_i_dot(m->free + 3, m->free + 3);
+    return held <= ECP_I_HELD * ECP_I_HELD * without;
+}
+
+/* All patches and trial motions of a start, which are free but for what moves on; bare: without the impulses of the last
+   step. */
 static void ecp_i_start_all(ecp_i_island *s, int k, int first, int bare, ecp_real *z)
 {
     static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)};
     ecp_real dv[6];
-    int i, j;
+    int i, j, moves_on = first && !bare && !s->rests && ecp_i_moves_on(s, z, dv);
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
-        ecp_i_copy(6, m->free, dv);
+        if (!moves_on) ecp_i_copy(6, m->free, dv);
         for (j = 0; k > 2 && k < 7 && j < 6; j++) {
             dv[j] = parts[k - 3] * (m->body->v[j] + m->free[j]) - m->body->v[j];
         }

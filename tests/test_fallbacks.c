@@ -144,41 +144,43 @@ static void test_fallbacks_light(void)
     CHECK(r.iterations < 1000 && r.natural_residual <= 1e-12);
 }
 
-/* What slides at 13 m/s stops within the step of 0.1 s, and spins at 85 rad/s then: a solution far away, whole and
-   exact, which Newton takes if sub-steps may not be used. In parts it spins at 2.19 rad/s (2.12 in 10,000 steps). Under
+/* A frustum that rolls at 0.1 m/s comes to rest on its side within the step of 0.1 s, or is thrown up with 23 rad/s: a
+   solution far away, whole and exact, which Newton takes if sub-steps may not be used. In parts it rests. Under
    a bound the solution is the one or the other: the better one as soon as its iterations fit beside twice those of the
-   first, which is solved once more if they do not. None is lost by a larger bound. */
+   first, which is solved once more if they do not. None is lost by a larger bound. (The last iteration of the first
+   takes rounding off a solution: it is one without.) */
 static void test_fallbacks_work(void)
 {
     ecp_world *w = NULL;
     ecp_report r;
     ecp_real spin[3] = {0, 0, 0};
-    int bound, first, again = 0, better = 0;
+    int bound, first, solved, again = 0, better = 0;
     fallbacks_of_the_step = 0;
     CHECK(step_work(&w, &r) == ECP_OK);
     CHECK(ecp_body_get_state(w, 1, NULL, NULL, NULL, spin) == ECP_OK);
-    CHECK(r.substeps == 1 && r.work > 0.8 && r.natural_residual <= 1e-12 && ecp_i_norm(spin) > 80);
+    CHECK(r.substeps == 1 && r.work > 0.8 && r.natural_residual <= 1e-12 && ecp_i_norm(spin) > 22);
     first = r.iterations;
     free(w);
     fallbacks_of_the_step = ECP_FALLBACK_SUBSTEPS;
     CHECK(step_work(&w, &r) == ECP_OK && r.fallbacks == ECP_FALLBACK_SUBSTEPS);
     CHECK(ecp_body_get_state(w, 1, NULL, NULL, NULL, spin) == ECP_OK);
     CHECK(r.substeps > 1 && r.work < 0.01); /* the most of any part: more is given up */
-    CHECK_NEAR(ecp_i_norm(spin), 2.12, 0.1);
+    CHECK(ecp_i_norm(spin) < 1e-6);
     free(w);
     for (bound = 1; bound < 1000; bound += bound < 300 ? 1 : 50) {
         iterations_of_the_step = bound;
-        CHECK((step_work(&w, &r) == ECP_OK) == (bound >= first) && r.iterations <= bound);
+        solved = step_work(&w, &r) == ECP_OK;
+        CHECK(r.iterations <= bound && (solved || bound < first) && !(solved && bound < first - 1));
         CHECK(ecp_body_get_state(w, 1, NULL, NULL, NULL, spin) == ECP_OK);
         free(w);
-        if (bound < first) continue;
-        CHECK(bound > 2 * first || (r.fallbacks == 0 && r.iterations == first));
+        if (!solved) continue;
+        CHECK(bound > 2 * first || (r.fallbacks == 0 && r.iterations <= first));
         CHECK(better == 0 || r.work < 0.01);
         if (r.work < 0.01) {
-            CHECK(r.substeps > 1 && ecp_i_norm(spin) < 2.3);
+            CHECK(r.substeps > 1 && ecp_i_norm(spin) < 1e-6);
             better++;
         } else {
-            CHECK(r.substeps == 1 && r.work > 0.8 && ecp_i_norm(spin) > 80);
+            CHECK(r.substeps == 1 && r.work > 0.8 && ecp_i_norm(spin) > 22);
             again += r.fallbacks != 0;
         }
     }
@@ -186,7 +188,7 @@ static void test_fallbacks_work(void)
     iterations_of_the_step = 0;
 }
 
-/* A body of 0.016 m that turns by four radians in the step: its contact wins energy in all the sub-steps that
+/* An ellipsoid of 4 um that turns by 13 radians in the step: its contact wins energy in all the sub-steps that
    are tried as well. Then it is let, in the whole step, with the bits that it has without sub-steps. */
 static void test_fallbacks_anyhow(void)
 {
@@ -233,7 +235,7 @@ static void test_fallbacks_heavy(void)
     }
 }
 
-/* A capsule of 18 g hits a fixed plate at 97 m/s, 84 J, and takes sub-steps, some of which win 5 J in the middle. The
+/* A capsule of 18 g hits a fixed plate at 94 m/s, 79 J, and takes sub-steps, some of which win 12 J in the middle. The
    report has the worst of them, not the last, where the bound on the iterations leaves none to do better; where it
    does none is won. */
 static void test_fallbacks_bounded(void)
@@ -248,10 +250,10 @@ static void test_fallbacks_bounded(void)
         iterations_of_the_step = (int)bound;
         if (step_bounded(&w, &r) == ECP_OK) {
             energy = kinetic_energy(w, 2);
-            won += energy > 84.5;
-            kept += energy < 38;
+            won += energy > 79.5;
+            kept += energy < 36;
             CHECK(r.substeps > 1);
-            CHECK(energy > 84.5 ? r.work > 0.04 && kept == 0 : r.work < 0.01);
+            CHECK(energy > 79.5 ? r.work > 0.04 && kept == 0 : r.work < 0.01);
         } else {
             CHECK(won + kept == 0);
         }
@@ -263,7 +265,7 @@ static void test_fallbacks_bounded(void)
     {
         ecp_world *w = NULL;
         CHECK(step_bounded(&w, &r) == ECP_OK && r.substeps > 1);
-        CHECK(r.work < 0.01 && kinetic_energy(w, 2) < 38);
+        CHECK(r.work < 0.01 && kinetic_energy(w, 2) < 36);
         free(w);
     }
 }

@@ -3373,6 +3373,57 @@ static void test_step_bin(void)
     free(w);
 }
 
+/* What rolls or slides steadily on a half-space or a box is where its warm start has it: most steps take no iteration,
+   all together no more than two each. (Where the contact was on what turns took four to get back under it.) */
+static void test_step_moves_on(void)
+{
+    static const char *const names[] = {"ball", "capsule", "cylinder", "cube"};
+    static const double radius = 0.1, v0 = 0.5, h = 0.01;
+    ecp_material rough = test_material(0.3, 1, 1, 0);
+    int kind, floor, k, most = 0;
+    for (floor = 0; floor < 2; floor++) {
+        for (kind = 0; kind < 4; kind++) {
+            ecp_world_desc d = ecp_world_desc_default();
+            ecp_real v[3] = {0, 0, 0}, spin[3] = {0, 0, 0}, turn[4] = {1, 0, 0, 0};
+            ecp_shape body, ground;
+            ecp_report r;
+            ecp_world *w;
+            int i, total = 0;
+            w = test_world(&d);
+            i = test_body(w, ECP_STATIC, 0, 1, 1, 1, 0, 0, 0);
+            ground = test_box_shape(5, 5, 0.5);
+            if (floor == 0) {
+                ecp_real up[3] = {0, 0, 1};
+                CHECK(ecp_shape_half_space(&ground, up, 0) == ECP_OK);
+            }
+            test_attach(w, i, &ground, 0, 0, floor ? -0.5 : 0, &rough);
+            if (kind == 0) CHECK(ecp_shape_sphere(&body, (ecp_real)radius) == ECP_OK);
+            if (kind == 1) CHECK(ecp_shape_capsule(&body, (ecp_real)radius, ECP_R(0.2)) == ECP_OK);
+            if (kind == 2) CHECK(ecp_shape_cylinder(&body, (ecp_real)radius, ECP_R(0.2)) == ECP_OK);
+            if (kind == 3) body = test_box_shape(radius, radius, radius);
+            i = test_body(w, ECP_DYNAMIC, 4, 0.016, 0.016, 0.016, 0, 0, radius);
+            test_attach(w, i, &body, 0, 0, 0, &rough);
+            /* the axis of a capsule or a cylinder along x; these and balls roll along y, cubes slide */
+            if (kind == 1 || kind == 2) turn[0] = turn[2] = (ecp_real)sqrt(0.5);
+            v[1] = (ecp_real)(kind < 3 ? v0 : 10 * v0);
+            spin[0] = (ecp_real)(kind < 3 ? -v0 / radius : 0);
+            CHECK(ecp_body_set_state(w, i, NULL, turn, v, spin) == ECP_OK);
+            for (k = 0; k <= 50; k++) {
+                CHECK(ecp_step(w, (ecp_real)h, NULL, &r) == ECP_OK);
+                if (k > 0) total += r.iterations;
+            }
+            if (kind < 3) CHECK_NEAR(test_get(w, i).x[1], 51 * h * v0, test_by(1e-9, 1e-4));
+            if (total > 100)
+                printf("%s on %s: %d\n", names[kind], floor ? "a box" : "a half-space", total);
+            CHECK(total <= 100);
+            if (total > most) most = total;
+            free(w);
+        }
+    }
+    printf("moves on in %s: at most %d iterations in 50 steps\n",
+           sizeof(ecp_real) == sizeof(double) ? "double" : "float", most);
+}
+
 /* Bodies that touch, and of which one goes to the other's far side within a step, however far: it is stopped. (In float
    the rounding of a way of kilometres had the two apart all the way.) */
 static void test_step_far_through(void)
@@ -3679,6 +3730,7 @@ static void test_step(void)
     test_step_between();
     test_step_far_through();
     test_step_bin();
+    test_step_moves_on();
     if (sizeof(ecp_real) == sizeof(double)) test_step_standstill();
     /* (what turns fast as it hits the ground) */
     CHECK(test_in_parts <= 4);

@@ -135,16 +135,16 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 63,348.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 64,724.
 
-       ECPSIM_NO_PAIRS     25,928  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     26,820  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   5,352  contacts are smooth, whatever the materials say
+       ECPSIM_NO_FRICTION   5,428  contacts are smooth, whatever the materials say
        ECPSIM_NO_SLEEP      1,604  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   2,788  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS    10,388  the ECP_FALLBACK_... that there are, or-ed; all, where nothing is
+       ECPSIM_NO_CENTRING   2,812  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS    10,416  the ECP_FALLBACK_... that there are, or-ed; all, where nothing is
                                    said. Options that ask for others are ECP_BAD_OPTION. The bytes
-                                   are what 0, none, saves; ECP_FALLBACK_GEOMETRIC alone saves 6,740,
+                                   are what 0, none, saves; ECP_FALLBACK_GEOMETRIC alone saves 6,720,
                                    all but ECP_FALLBACK_SUBSTEPS 3,036 and the memory of a second state
 
    MEMORY

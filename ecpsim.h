@@ -10175,7 +10175,7 @@ static ecp_real ecp_i_outside(const ecp_i_posed *p, const ecp_real x[3], int cou
 
 /* A pair's ECP a, in the frame of A, to start from that of the last step. Where one slides on the other it goes with
    the one that moves, with A if both do, unless it would leave the other: the pressure of a box stays under the
-   box, on a floor that is a box as well. rests: the trial motion is not how they move, they rest. */
+   box, on a floor that is a box as well. rests: they stay where they are, not where the trial motion has them. */
 static void ecp_i_carry_ecp(const ecp_i_pair *c, const ecp_i_patch *old, ecp_real h, int rests,
                             ecp_real a[3])
 {
@@ -10211,7 +10211,8 @@ static void ecp_i_carry_ecp(const ecp_i_pair *c, const ecp_i_patch *old, ecp_rea
 }
 
 /* The ECP a of a flat face on a half-space, in the frame of A, which turns about the normal: the pressure stays where it
-   is, and A turns under it. Not on a curve, an edge or a corner, which turn with A. (fa and ga are taken for room.) */
+   is, and A turns under it. Not on an edge or a corner, which turn with A, nor on a curve, which rolls
+   (ecp_i_roll_ecp). (fa and ga are taken for room.) */
 static void ecp_i_turn_ecp_back(const ecp_i_pair *c, const ecp_real normal[3], ecp_real h,
                                 const ecp_real *multipliers, ecp_real a[3])
 {
@@ -10255,7 +10256,8 @@ static int ecp_i_flat_at(const ecp_shape *s, int count, const ecp_real *l, const
     return s->radius * ecp_i_largest(9, H) <= tiny;
 }
 
-/* what counts as a generator or a face for a point that rolls */
+/* The sine of the angle up to which what rolls lies on a generator or a face. Above the rounding of normals in float:
+   below it support points jump between the ends of the generator. */
 #define ECP_I_GENERATOR ECP_R(1e-3)
 
 /* A point x of a primitive whose normal there, in the primitive's frame, turns from n0 to n1: it moves as the support

@@ -235,7 +235,7 @@ static void test_fallbacks_heavy(void)
     }
 }
 
-/* A capsule of 18 g hits a fixed plate at 94 m/s, 79 J, and takes sub-steps, some of which win 12 J in the middle. The
+/* A capsule of 18 g hits a fixed plate at 94 m/s, 79 J, and takes sub-steps, some of which win 13 J in the middle. The
    report has the worst of them, not the last, where the bound on the iterations leaves none to do better; where it
    does none is won. */
 static void test_fallbacks_bounded(void)

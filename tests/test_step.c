@@ -3374,7 +3374,8 @@ static void test_step_bin(void)
 }
 
 /* What rolls or slides steadily on a half-space or a box is where its warm start has it: most steps take no iteration,
-   all together no more than two each. (Where the contact was on what turns took four to get back under it.) */
+   all together no more than two each. (The contact turned away with what rolls, and three to five iterations a step
+   brought it back.) */
 static void test_step_moves_on(void)
 {
     static const char *const names[] = {"ball", "capsule", "cylinder", "cube"};

@@ -785,8 +785,9 @@ ECP_DEF ecp_status ecp_shape_set_material(ecp_world *world, int shape_index,
 /* With two or more patches on a body the equations have many solutions (docs/model.md); the rule
    says which one is taken. */
 typedef enum ecp_rule {
-    ECP_CENTRED, /* the ECPs nearest to the centres of their primitives, then the least impulses;
-                    ecp_report.centred says whether that was reached */
+    ECP_CENTRED, /* the ECPs nearest to the centres of their primitives (of two that meet the
+                    smaller one's), then the least impulses; ecp_report.centred says whether
+                    that was reached */
     ECP_NEAREST  /* the one Newton reaches from the guess, the last step's solution */
 } ecp_rule;
 
@@ -936,8 +937,8 @@ typedef struct ecp_contact {
     ecp_real normal[3];              /* unit, from B to A: the direction in which p_n pushes A */
     ecp_real direction_t[3], direction_o[3]; /* unit tangents: (t, o, normal) is right-handed */
     ecp_real gap;                            /* m, along the normal */
-    ecp_real separation;        /* m, of A and B by their support functions along the normal:
-                                       the certificate; any value >= 0 proves that they are apart */
+    ecp_real separation;        /* m, of A and B by their support functions along the normal,
+                                       as A or as B has it: the certificate; any value >= 0 proves that they are apart */
     ecp_real p_n, p_t, p_o;     /* impulses on A along normal and tangents, N s (on B their
                                        opposites): over h the mean force, where ecp_report.substeps
                                        is 1; else they are of the last of these only */
@@ -5233,12 +5234,19 @@ static void ecp_i_block_columns(ecp_i_pair *c, const ecp_i_slopes *s, ecp_real h
 }
 
 /* The displacement that the rule ECP_CENTRED would like, in the patch's unknowns: the ECP to the
-   primitive's centre, impulses to zero. */
+   primitive's centre, of two to that of the smaller one (of a floor that is a box no load reaches it), impulses to
+   zero. */
 static void ecp_i_target(const ecp_i_pair *c, const ecp_real *y, ecp_real da[3], ecp_real dp[4])
 {
+    ecp_real at[3], world[3];
     int k;
     for (k = 0; k < 3; k++) da[k] = c->a->shape.centre[k] / c->L - y[k];
     for (k = 0; k <= ecp_i_nf(c); k++) dp[k] = -c->p[k];
+    if (ecp_i_on_plane(c) || !(c->b->shape.radius < c->a->shape.radius)) return;
+    ecp_i_sub(c->b->shape.centre, c->on_b->b_local, at);
+    ecp_i_mul(c->Qb, at, world);
+    ecp_i_mul_t(c->Qa, world, at);
+    ecp_i_scale(1 / c->L, at, da);
 }
 
 /* What the rounding of the coordinates x, each its own, does to a normal with this Hessian: much at a
@@ -7279,14 +7287,29 @@ static int ecp_i_at_rounding(const ecp_i_size *size, const ecp_i_search *s)
     return size->error <= s->aim && size->rest <= s->content / 8;
 }
 
-/* The velocities of a warm start balance its impulses. A body that is held takes up in its impulses what
-   is new in a step (a push, for one), and its velocities stay as they were: where that start is the better
-   of two bad ones it becomes z. What is wrong with velocities weighs more than the residual says, as it
-   is multiplied by what a stack carries. */
-static void ecp_i_better_start(const ecp_i_problem *p, ecp_real *z, ecp_i_effort *effort)
+/* the start of several bodies that move on by the impulses of their last step (ecp_i_island_start) */
+#define ECP_I_START_MOVES_ON 11
+
+/* Starts that may be better than the warm one, z, whose residual is at hand. That of bodies that move on together, where
+   it is a solution to the tolerance (one that is only better kept crates in float from coming to rest). And the velocities of a warm start balance its impulses, but a body that is held takes up in its
+   impulses what is new in a step (a push, for one), and its velocities stay as they were: where that start is the better
+   of two bad ones it becomes z. What is wrong with velocities weighs more than the residual says, as it is multiplied by
+   what a stack carries. */
+static void ecp_i_better_start(const ecp_i_problem *p, ecp_real tolerance, ecp_real *z,
+                               ecp_i_effort *effort)
 {
-    ecp_real was = effort->size.largest;
-    if (p->velocities == 0 || was < ECP_I_BAD_START) return;
+    ecp_real was = effort->size.largest, error = effort->size.error;
+    if (p->velocities == 0) return;
+    if (ECP_I_PAIRS && p->start(p->self, ECP_I_START_MOVES_ON, p->trial)) {
+        ecp_i_evaluate(p, p->trial, 0, effort);
+        if (effort->size.error <= ecp_i_min(tolerance, error)) {
+            ecp_i_copy(p->n, p->trial, z);
+            return;
+        }
+        p->start(p->self, 0, z);
+        ecp_i_evaluate(p, z, 0, effort);
+    }
+    if (was < ECP_I_BAD_START) return;
     ecp_i_copy(p->n, z, p->trial);
     ECPSIM_MEMSET(z, 0, (size_t)p->velocities * sizeof(ecp_real));
     ecp_i_evaluate(p, z, 0, effort);
@@ -7397,7 +7420,10 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     s.content = ecp_i_content(tolerance);
     ecp_i_evaluate(p, z, relax, effort);
     if (ecp_i_at_rounding(now, &s) || ecp_i_start_will_do(now, warm, tolerance, &s)) return 1;
-    if (warm) ecp_i_better_start(p, z, effort);
+    if (warm) {
+        ecp_i_better_start(p, tolerance, z, effort);
+        if (ecp_i_start_will_do(now, warm, tolerance, &s)) return 1;
+    }
     ecp_i_begin_search(p, &s);
     for (k = 0; k < most; k++) {
         if (ecp_i_spent(effort)) {
@@ -10195,7 +10221,7 @@ static void ecp_i_carry_ecp(const ecp_i_pair *c, const ecp_i_patch *old, ecp_rea
     ecp_i_add_cross(vb + 3, on_b, way);
     ecp_i_axpy(way, -ecp_i_dot(way, k->normal), k->normal, way);
     ecp_i_scale(h, way, way);
-    if (!(ecp_i_norm(way) > ecp_i_slack(c))) return;
+    if (!(ecp_i_norm(way) > 4 * ECP_I_EPSILON * (c->a->shape.radius + c->b->shape.radius))) return;
     /* the poses at the end but for what the two move apart or together */
     ecp_i_pose(c, 1, 0, &B);
     ecp_i_add(B.x, way, B.x);
@@ -10243,17 +10269,28 @@ static void ecp_i_turn_ecp_back(const ecp_i_pair *c, const ecp_real normal[3], e
     ecp_i_copy3(at, a);
 }
 
-/* Is a primitive flat at the point x of it, where it has these multipliers, so that the normal turns with it? */
-static int ecp_i_flat_at(const ecp_shape *s, int count, const ecp_real *l, const ecp_real x[3])
+/* Is a primitive flat at the point x of it, where it has these multipliers, so that the normal turns with it? Then N is
+   the normal of its face; f and g, of its constraints, are room. */
+static int ecp_i_flat_at(const ecp_i_part *part, int count, const ecp_real *l, const ecp_real x[3],
+                         ecp_real *f, ecp_real *g, ecp_real N[3])
 {
+    const ecp_shape *s = &part->shape;
     const ecp_real tiny = ecp_i_sqrt(ECP_I_EPSILON);
     ecp_real H[9];
-    int i, active = 0;
-    for (i = 0; i < count; i++) active += l[i] > tiny;
+    int i, face = 0, active = 0;
+    for (i = 0; i < count; i++) {
+        if (!(l[i] > tiny)) continue;
+        face = i;
+        active++;
+    }
     if (active != 1) return 0;
-    if (!s->cls->hess) return 1;
-    s->cls->hess(s, x, l, H);
-    return s->radius * ecp_i_largest(9, H) <= tiny;
+    if (s->cls->hess) {
+        s->cls->hess(s, x, l, H);
+        if (s->radius * ecp_i_largest(9, H) > tiny) return 0;
+    }
+    s->cls->eval(s, x, f, g);
+    ecp_i_mul(part->rotation, g + 3 * face, N);
+    return ecp_i_normalise(N);
 }
 
 /* The sine of the angle up to which what rolls lies on a generator or a face. Above the rounding of normals in float:
@@ -10273,6 +10310,7 @@ static int ecp_i_roll_point(const ecp_shape *s, int count, const ecp_real n0[3],
     ecp_i_sub(to, turn, to);
     ecp_i_sub(n1, n0, turn);
     way = ecp_i_norm(to);
+    if (!(ecp_i_norm(turn) > 4 * ECP_I_EPSILON)) return 0; /* the rounding of what rests */
     if (!(way > 0) || way > 4 * s->radius * ecp_i_norm(turn)) return 0;
     ecp_i_add(x, to, to);
     way = ecp_i_abs(ecp_i_most_outside(s, to, count, f, g));
@@ -10306,11 +10344,14 @@ static int ecp_i_roll_ecp(const ecp_i_pair *c, const ecp_i_patch *old, const ecp
     ecp_real x[3], N[3], n0[3], n1[3], at[3], slack = ecp_i_slack(c), *f = c->fa, *g = c->ga;
     int rolls_b = 0, count = c->nl;
     if (!c->a->shape.cls->hess && (ecp_i_on_plane(c) || !c->b->shape.cls->hess)) return 0;
-    if (!ecp_i_on_plane(c)) {
+    if (ecp_i_on_plane(c)) {
+        ecp_i_mul_t(flat->R0, k->normal, N);
+    } else {
         ecp_i_poses(c, 0, &A, &B);
         ecp_i_across(&A, y, -k->gap, k->normal, &B, at);
-        if (!ecp_i_flat_at(&c->b->shape, c->nm, multipliers + c->nl, at)) {
-            if (!ecp_i_flat_at(&c->a->shape, c->nl, multipliers, y)) return 0;
+        if (!ecp_i_flat_at(c->b, c->nm, multipliers + c->nl, at, c->on_b->fb, c->on_b->gb, N)) {
+            if (!ecp_i_flat_at(c->a, c->nl, multipliers, y, c->fa, c->ga, N)) return 0;
+            ecp_i_scale(-1, N, N);
             flat = c->ma, curved = c->mb;
             part = c->b;
             f = c->on_b->fb, g = c->on_b->gb;
@@ -10318,13 +10359,12 @@ static int ecp_i_roll_ecp(const ecp_i_pair *c, const ecp_i_patch *old, const ecp
             rolls_b = 1;
         }
     }
+    /* (the normal of the last step may be off by what its solution was: that would grow from step to step) */
+    ecp_i_mul(flat->R, N, x);
+    ecp_i_copy3(x, N);
     ecp_i_mul_t(curved->R0, k->normal, n1);
     ecp_i_mul_t(part->rotation, n1, n0);
-    ecp_i_mul_t(flat->R0, k->normal, n1);
-    ecp_i_mul(flat->R, n1, x);
-    if (!ecp_i_on_plane(c)) ecp_i_copy3(x, N);
-    ecp_i_mul_t(curved->R, x, n1);
-    ecp_i_copy3(n1, x);
+    ecp_i_mul_t(curved->R, N, x);
     ecp_i_mul_t(part->rotation, x, n1);
     ecp_i_copy3(rolls_b ? at : y, x);
     if (!rolls_b) {
@@ -10516,17 +10556,16 @@ static int ecp_i_balance_start(ecp_i_island *s, ecp_real *z)
    by no more than this part of what it would do without: they hold it, and are not those of an impact. */
 #define ECP_I_HELD ECP_R(0.5)
 
-/* The change dv of the velocity of a body that moves on as it did on others, by the impulses of the last step where they
-   acted; 0 if it does not. z is room. (On half-spaces alone the contacts are found without it, and among several bodies
-   impulses change: crates took more iterations.) */
-static int ecp_i_moves_on(ecp_i_island *s, ecp_real *z, ecp_real dv[6])
+/* What the balances of the bodies lack by the impulses of the last step, where they acted; z is room. How many there
+   are. */
+static int ecp_i_old_impulses(const ecp_i_island *s, ecp_real *z)
 {
-    ecp_i_motion *m = ecp_i_mover(s, 0);
-    ecp_real r[3], length2 = m->length * m->length, held, without;
-    int i, pairs = 0;
-    for (i = 0; i < s->pair_count; i++) pairs += !ecp_i_on_plane(s->pairs[i]);
-    if (pairs == 0 || ecp_i_body_count(s) > 1) return 0;
-    ECPSIM_MEMSET(m->residual, 0, sizeof m->residual);
+    ecp_real r[3];
+    int i, loads = 0;
+    for (i = 0; i < ecp_i_body_count(s); i++) {
+        ecp_i_motion *m = ecp_i_mover(s, i);
+        ECPSIM_MEMSET(m->residual, 0, sizeof m->residual);
+    }
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_pair *c = s->pairs[i];
         const ecp_i_patch *old = c->old < 0 ? NULL : ecp_i_patches(s->world) + c->old;
@@ -10539,25 +10578,46 @@ static int ecp_i_moves_on(ecp_i_island *s, ecp_real *z, ecp_real dv[6])
         ecp_i_start_impulses(s, c, z + c->at);
         ecp_i_pair_impulse(c, z + c->at);
         ecp_i_copy3(c->ra0, r);
-        if (ecp_i_moves_b(c)) ecp_i_add(c->offset, r, r);
-        ecp_i_wrench(c, m, r, ecp_i_moves_a(c) ? ECP_R(1) : ECP_R(-1));
+        if (ecp_i_moves_a(c)) ecp_i_wrench(c, c->ma, r, 1);
+        ecp_i_add(c->offset, r, r);
+        if (ecp_i_moves_b(c)) ecp_i_wrench(c, c->mb, r, -1);
+        loads++;
     }
-    ecp_i_balance(m, dv);
-    held = ecp_i_dot(dv, dv) + length2 * ecp_i_dot(dv + 3, dv + 3);
-    without = ecp_i_dot(m->free, m->free) + length2 * ecp_i_dot(m->free + 3, m->free + 3);
+    return loads;
+}
+
+/* Do bodies that move go on as they did on others? Then their balances are what the impulses of the last step make of
+   them; z is room. (On half-spaces alone the contacts are found without it.) */
+static int ecp_i_moves_on(const ecp_i_island *s, ecp_real *z)
+{
+    ecp_real dv[6], held = 0, without = 0;
+    int i, pairs = 0;
+    for (i = 0; i < s->pair_count; i++) pairs += !ecp_i_on_plane(s->pairs[i]);
+    if (pairs == 0 || s->rests || ecp_i_old_impulses(s, z) == 0) return 0;
+    for (i = 0; i < ecp_i_body_count(s); i++) {
+        const ecp_i_motion *m = ecp_i_mover(s, i);
+        const ecp_real *free = m->free;
+        ecp_real mass = m->mass, inertia = mass * m->length * m->length;
+        ecp_i_balance(m, dv);
+        held += mass * ecp_i_dot(dv, dv) + inertia * ecp_i_dot(dv + 3, dv + 3);
+        without += mass * ecp_i_dot(free, free) + inertia * ecp_i_dot(free + 3, free + 3);
+    }
     return held <= ECP_I_HELD * ECP_I_HELD * without;
 }
 
 /* All patches and trial motions of a start, which are free but for what moves on; bare: without the impulses of the last
    step. */
-static void ecp_i_start_all(ecp_i_island *s, int k, int first, int bare, ecp_real *z)
+static void ecp_i_start_all(ecp_i_island *s, int k, int first, int bare, int moves_on, ecp_real *z)
 {
     static const ecp_real parts[4] = {ECP_R(0.5), 0, ECP_R(0.25), ECP_R(0.75)};
     ecp_real dv[6];
-    int i, j, moves_on = first && !bare && !s->rests && ecp_i_moves_on(s, z, dv);
+    int i, j;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
-        if (!moves_on) ecp_i_copy(6, m->free, dv);
+        if (moves_on)
+            ecp_i_balance(m, dv);
+        else
+            ecp_i_copy(6, m->free, dv);
         for (j = 0; k > 2 && k < 7 && j < 6; j++) {
             dv[j] = parts[k - 3] * (m->body->v[j] + m->free[j]) - m->body->v[j];
         }
@@ -10572,14 +10632,19 @@ static void ecp_i_start_all(ecp_i_island *s, int k, int first, int bare, ecp_rea
 
 /* Start k: the patches warm (0), geometric (1), from several points each (2), geometric for the pose that a part of
    the free motion leads to (3 to 6), or geometric with the ECPs to one side (7 to 10). The warm start's velocities
-   balance its impulses (a patch without a history knows its load but not where it acts, and gets no moment). */
+   balance its impulses (a patch without a history knows its load but not where it acts, and gets no moment). Its trial
+   motion is that of what moves on: of one body at once, of several, whose impulses change (crates took more
+   iterations), in a start of its own, ECP_I_START_MOVES_ON. */
 static int ecp_i_island_start(void *self, int k, ecp_real *z)
 {
     ecp_i_island *s = (ecp_i_island *)self;
-    int first = ECP_I_STARTS == 0 || k == 0, bare = 0;
-    if (k > ECP_I_STARTS) return 0;
+    int together = ECP_I_PAIRS && k == ECP_I_START_MOVES_ON;
+    int first = ECP_I_STARTS == 0 || k == 0 || together, bare = 0;
+    int alone = ecp_i_body_count(s) == 1;
+    int moves_on = ECP_I_PAIRS && first && together != alone && ecp_i_moves_on(s, z);
+    if (together ? !moves_on : k > ECP_I_STARTS) return 0;
     do {
-        ecp_i_start_all(s, k, first, bare, z);
+        ecp_i_start_all(s, k, first, bare, moves_on && !bare, z);
         if (k == 2) return ecp_i_start_spots(s, z);
     } while (first && !ecp_i_balance_start(s, z) && !bare++);
     return first && !s->still ? 1 : 2;
@@ -10962,27 +11027,49 @@ static ecp_real ecp_i_centring_pace(const ecp_i_island *s, const ecp_real *z, co
     return size > 0 ? 1 / ecp_i_max(1, 1 / t - along / size) : ECP_R(1);
 }
 
+/* Are all constraints f at the ECP kept within `slack` or loaded, by the multipliers? */
+static int ecp_i_is_inside(int count, const ecp_real *f, const ecp_real *multipliers,
+                           ecp_real slack)
+{
+    int j;
+    for (j = 0; j < count; j++) {
+        if (!(f[j] <= slack || multipliers[j] > ecp_i_sqrt(ECP_I_EPSILON))) return 0;
+    }
+    return 1;
+}
+
+/* does the ECP stay on both primitives when it moves by da (frame of A, metres) from y? */
+static int ecp_i_stays_on(ecp_i_pair *c, const ecp_real *y, const ecp_real da[3])
+{
+    ecp_real a[3], world[3], b[3], slack = ecp_i_sqrt(ECP_I_EPSILON) * c->L;
+    ecp_i_scale(c->L, y, a);
+    ecp_i_add(a, da, a);
+    ecp_i_pair_place(c, a);
+    if (!ecp_i_is_inside(c->nl, c->fa, y + 3, slack)) return 0;
+    if (ecp_i_on_plane(c)) return 1;
+    ecp_i_mul(c->Qa, da, world);
+    ecp_i_mul_t(c->Qb, world, b);
+    ecp_i_add(c->on_b->b_local, b, b);
+    c->b->shape.cls->eval(&c->b->shape, b, c->on_b->fb, c->on_b->gb);
+    return ecp_i_is_inside(c->nm, c->on_b->fb, y + ecp_i_at_m(c), slack);
+}
+
 /* keeps a centring step among the solutions: of the part `most` the largest of 1, 1/2, 1/4, .. for which no ECP leaves
    its primitive sideways, cut where a normal impulse would turn negative */
 static ecp_real ecp_i_centring_length(const ecp_i_island *s, const ecp_real *z, const ecp_real *dz,
                                       ecp_real most)
 {
-    ecp_real t = 1, a[3], slack;
-    int i, j, k, inside;
+    ecp_real t = 1, da[3];
+    int i, inside;
     for (i = 0; i < s->pair_count; i++) {
         int at = s->pairs[i]->at + ecp_i_at_p(s->pairs[i]);
         if (z[at] > 0 && z[at] + most * dz[at] < 0) most = -z[at] / dz[at];
     }
     for (; t > ECP_R(1e-3); t /= 2) {
-        for (i = 0, inside = 1; i < s->pair_count; i++) {
+        for (i = 0, inside = 1; inside && i < s->pair_count; i++) {
             ecp_i_pair *c = s->pairs[i];
-            slack = ecp_i_sqrt(ECP_I_EPSILON) * c->L;
-            for (k = 0; k < 3; k++) a[k] = c->L * (z[c->at + k] + t * most * dz[c->at + k]);
-            ecp_i_pair_place(c, a);
-            for (j = 0; j < c->nl; j++) {
-                if (!(c->fa[j] <= slack || z[c->at + 3 + j] > ecp_i_sqrt(ECP_I_EPSILON)))
-                    inside = 0;
-            }
+            ecp_i_scale(t * most * c->L, dz + c->at, da);
+            inside = ecp_i_stays_on(c, z + c->at, da);
         }
         if (inside) return t * most;
     }
@@ -11020,7 +11107,7 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
             const ecp_i_pair *c = s->pairs[i];
             const ecp_real *dy = p->dz + c->at;
             ecp_real way = ecp_i_largest(3, dy);
-            lost |= way * c->L > 4 * c->a->shape.radius;
+            lost |= s->many && way * c->L > 4 * c->a->shape.radius;
             size =
                 ecp_i_max(size, ecp_i_max(way, ecp_i_largest(1 + ecp_i_nf(c), dy + ecp_i_at_p(c))));
         }
@@ -11070,11 +11157,13 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
     return 0;
 }
 
-/* how far apart the primitives of a patch are, at its last evaluation */
-static ecp_real ecp_i_pair_separation(ecp_i_pair *c)
+/* How far apart the primitives of a patch are, at its last evaluation: along its normal as A has it; if they overlap, as
+   B has it, should that show more. (On a large face the rounding of the normal on a curve is an overlap, far away.) */
+static ecp_real ecp_i_pair_separation(ecp_i_pair *c, const ecp_real *y)
 {
     ecp_i_posed A, B;
-    ecp_real unit[3], at[3];
+    ecp_real unit[3], at[3] = {0, 0, 0}, gap;
+    int i;
     ecp_i_copy(9, c->Qa, A.Q);
     ecp_i_copy(9, c->Qb, B.Q);
     ecp_i_pose_turned(c, 0, 1, &A);
@@ -11082,7 +11171,11 @@ static ecp_real ecp_i_pair_separation(ecp_i_pair *c)
     if (ecp_i_on_plane(c)) return ecp_i_plane_gap(&A, &B, 0, unit, at);
     ecp_i_copy3(c->n, unit);
     ecp_i_normalise(unit);
-    return ecp_i_separation(&A, &B, unit);
+    gap = ecp_i_separation(&A, &B, unit);
+    if (gap >= 0) return gap;
+    for (i = 0; i < c->nm; i++) ecp_i_axpy(at, -y[ecp_i_at_m(c) + i], c->on_b->gb + 3 * i, at);
+    ecp_i_mul(c->Qb, at, unit);
+    return ecp_i_normalise(unit) ? ecp_i_max(gap, ecp_i_separation(&A, &B, unit)) : gap;
 }
 
 /* is friction within its cone, to the tolerance? */
@@ -11111,7 +11204,7 @@ static void ecp_i_record(ecp_i_pair *c, const ecp_real *y, ecp_real h, const ecp
     ecp_i_axpy(k->point_a, c->d, c->n, k->point_b);
     ecp_i_copy3(c->N, k->normal);
     k->gap = c->d;
-    k->separation = ecp_i_pair_separation(c);
+    k->separation = ecp_i_pair_separation(c, y);
     if (ECP_I_FRICTION) {
         k->mu = c->mu;
         k->e_t = c->e[0];
@@ -11806,8 +11899,9 @@ static ecp_status ecp_i_verify(ecp_i_step *s)
     s->r->worst_gap = 0;
     for (i = 0; i < s->pair_count; i++) {
         const ecp_i_pair *c = s->pairs + i;
-        ecp_real radius = c->a->shape.radius,
-                 size = ecp_i_min(s->h * c->V, ECP_I_FAR_RADII * radius) + radius;
+        ecp_real radius = ecp_i_on_plane(c) ? c->a->shape.radius
+                                            : ecp_i_min(c->a->shape.radius, c->b->shape.radius);
+        ecp_real size = ecp_i_min(s->h * c->V, ECP_I_FAR_RADII * radius) + radius;
         ecp_real limit = -c->d_floor - 4 * s->o->tolerance * size, gap;
         if (ecp_i_left_out(c)) {
             first += i == first;

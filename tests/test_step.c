@@ -3132,7 +3132,8 @@ static void test_step_puck(void)
 
 /* Flush crates that are dropped: a cube of them and walls. The impact turns them about the vertical by what rounding
    makes of it, which nothing resists, and each step was a jam for ever, of many iterations. They rest, and sleep if
-   they may. (In float 3 x 3 x 2 finds its corners anew in each step, and another block stands for it.) */
+   they may. (In float 3 x 3 x 2 finds its corners anew in each step, and another block stands for it; which step of 20 to 130
+   it is that they come to rest in is chance.) */
 static void test_step_crates(void)
 {
     static const double drops[2][6][4] = {{{2, 2, 2, 0.01},
@@ -3160,9 +3161,9 @@ static void test_step_crates(void)
         w = test_world(&d);
         step_grid(w, (int)c[0], (int)c[1], (int)c[2], 0, c[3]);
         o.sleep = scene == 0;
-        for (k = iterations = dropped = 0, before = 0; k < 150; k++) {
+        for (k = iterations = dropped = 0, before = 0; k < 170; k++) {
             CHECK(ecp_step(w, ECP_R(0.01), &o, &r) == ECP_OK);
-            if (k >= 120) iterations += r.iterations;
+            if (k >= 140) iterations += r.iterations;
             fastest = step_fastest(w);
             CHECK((double)r.dropped <= 2 * before);
             dropped += r.dropped > 0;
@@ -3378,12 +3379,12 @@ static void test_step_bin(void)
    brought it back.) */
 static void test_step_moves_on(void)
 {
-    static const char *const names[] = {"ball", "capsule", "cylinder", "cube"};
+    static const char *const names[] = {"ball", "capsule", "cylinder", "cube", "stack"};
     static const double radius = 0.1, v0 = 0.5, h = 0.01;
     ecp_material rough = test_material(0.3, 1, 1, 0);
     int kind, floor, k, most = 0;
     for (floor = 0; floor < 2; floor++) {
-        for (kind = 0; kind < 4; kind++) {
+        for (kind = 0; kind < 5; kind++) {
             ecp_world_desc d = ecp_world_desc_default();
             ecp_real v[3] = {0, 0, 0}, spin[3] = {0, 0, 0}, turn[4] = {1, 0, 0, 0};
             ecp_shape body, ground;
@@ -3401,7 +3402,7 @@ static void test_step_moves_on(void)
             if (kind == 0) CHECK(ecp_shape_sphere(&body, (ecp_real)radius) == ECP_OK);
             if (kind == 1) CHECK(ecp_shape_capsule(&body, (ecp_real)radius, ECP_R(0.2)) == ECP_OK);
             if (kind == 2) CHECK(ecp_shape_cylinder(&body, (ecp_real)radius, ECP_R(0.2)) == ECP_OK);
-            if (kind == 3) body = test_box_shape(radius, radius, radius);
+            if (kind >= 3) body = test_box_shape(radius, radius, radius);
             i = test_body(w, ECP_DYNAMIC, 4, 0.016, 0.016, 0.016, 0, 0, radius);
             test_attach(w, i, &body, 0, 0, 0, &rough);
             /* the axis of a capsule or a cylinder along x; these and balls roll along y, cubes slide */
@@ -3409,6 +3410,11 @@ static void test_step_moves_on(void)
             v[1] = (ecp_real)(kind < 3 ? v0 : 10 * v0);
             spin[0] = (ecp_real)(kind < 3 ? -v0 / radius : 0);
             CHECK(ecp_body_set_state(w, i, NULL, turn, v, spin) == ECP_OK);
+            for (k = 1; kind == 4 && k < 3; k++) {
+                i = test_body(w, ECP_DYNAMIC, 4, 0.016, 0.016, 0.016, 0, 0, (1 + 2 * k) * radius);
+                test_attach(w, i, &body, 0, 0, 0, &rough);
+                CHECK(ecp_body_set_state(w, i, NULL, turn, v, spin) == ECP_OK);
+            }
             for (k = 0; k <= 50; k++) {
                 CHECK(ecp_step(w, (ecp_real)h, NULL, &r) == ECP_OK);
                 if (k > 0) total += r.iterations;
@@ -3423,6 +3429,119 @@ static void test_step_moves_on(void)
     }
     printf("moves on in %s: at most %d iterations in 50 steps\n",
            sizeof(ecp_real) == sizeof(double) ? "double" : "float", most);
+}
+
+/* A body that was added before the large box that carries it, so that it is A: a ball that rolls for 2,000 steps, and two
+   unequal balls, joined, that stay as they are for 1,100. (The contact's normal was that of the last step's solution,
+   with its error, and that of a curve; the error grew, or its tilt was an overlap at the far end of the floor, and the
+   step was not solved: in float at step 1,670, of what rests in double at 992, in float at 3.) */
+static void test_step_body_first(void)
+{
+    static const double floors[] = {10, 300, 10000};
+    int i, k, rests;
+    for (i = 0; i < 6; i++) {
+        double half = floors[i % 3];
+        ecp_world_desc d = ecp_world_desc_default();
+        ecp_material rough = test_material(0.5, 1, 1, 0);
+        ecp_world *w = test_world(&d);
+        ecp_shape ball, other, floor = test_box_shape(half, half, 1);
+        ecp_real v[3] = {0, 0, 0}, spin[3] = {0, 0, 0}, turn[4] = {1, 0, 0, 0};
+        double angle = asin(0.3 / 2.2), h = 0.01, tilt = 0;
+        test_state was, now;
+        int body, steps = 2000;
+        rests = i >= 3;
+        CHECK(ecp_shape_sphere(&ball, 1) == ECP_OK &&
+              ecp_shape_sphere(&other, ECP_R(0.7)) == ECP_OK);
+        if (rests) {
+            h = sizeof(ecp_real) == sizeof(double) ? 0.05 : 0.01;
+            steps = 1100;
+            turn[0] = (ecp_real)cos(angle / 2);
+            turn[2] = (ecp_real)sin(angle / 2);
+            body = test_body(w, ECP_DYNAMIC, 2, 1, 4, 4, 0, 0, 1 - sin(angle));
+            test_attach(w, body, &ball, -1, 0, 0, &rough);
+            test_attach(w, body, &other, 1.2, 0, 0, &rough);
+        } else {
+            body = test_body(w, ECP_DYNAMIC, 1, 0.4, 0.4, 0.4, 0, 0, 1);
+            test_attach(w, body, &ball, 0, 0, 0, &rough);
+            v[0] = ECP_R(0.4);
+            spin[1] = ECP_R(0.4);
+        }
+        CHECK(ecp_body_set_state(w, body, NULL, turn, v, spin) == ECP_OK);
+        test_attach(w, test_body(w, ECP_STATIC, 0, 1, 1, 1, 0, 0, -1), &floor, 0, 0, 0, &rough);
+        for (k = 0; k < steps; k++) {
+            ecp_report r;
+            ecp_status status = ecp_step(w, (ecp_real)h, NULL, &r);
+            if (k == 9) was = test_get(w, body);
+            if (status == ECP_OK) continue;
+            printf("floor of %g, %s: step %d: %s\n", half, rests ? "rests" : "rolls", k,
+                   ecp_status_string(status));
+            break;
+        }
+        CHECK(k == steps);
+        now = test_get(w, body);
+        for (k = 0; k < 3; k++) tilt += fabs(now.w[k]);
+        if (rests) {
+            CHECK(memcmp(&was, &now, sizeof now) == 0);
+            CHECK(tilt == 0);
+        } else {
+            CHECK_NEAR(now.x[0], steps * h * 0.4, test_by(1e-9, 1e-3));
+            CHECK_NEAR(now.w[1], 0.4, test_by(1e-11, 1e-5));
+        }
+        free(w);
+    }
+}
+
+/* A table on four legs slides and turns on a half-space, and on a box that was added before or after it: the rule's ECPs
+   are near the centres of the legs, and the motion the same. (Where the box was first its own centre was meant, which no
+   leg reaches: centring was in vain in all steps, for 20 iterations each. Now it is near the legs' but for the turn of the
+   step, as it is counted in the frame of A, the box.) */
+static void test_step_table_on_box(void)
+{
+    test_state end[3];
+    int order, k, total[3], centred[3];
+    for (order = 0; order < 3; order++) {
+        ecp_world_desc d = ecp_world_desc_default();
+        ecp_material rough = test_material(0.5, 1, 1, 0);
+        ecp_world *w = test_world(&d);
+        ecp_shape leg = test_box_shape(0.05, 0.05, 0.5), floor = test_box_shape(10, 10, 1);
+        ecp_real v[3] = {3, ECP_R(0.3), 0}, spin[3] = {0, 0, 2};
+        int body = -1;
+        ecp_report r;
+        if (order == 0) {
+            ecp_real up[3] = {0, 0, 1};
+            CHECK(ecp_shape_half_space(&floor, up, 1) == ECP_OK);
+        }
+        if (order < 2) {
+            test_attach(w, test_body(w, ECP_STATIC, 0, 1, 1, 1, 0, 0, -1), &floor, 0, 0, 0, &rough);
+        }
+        body = test_body(w, ECP_DYNAMIC, 10, 1.5, 1.5, 2.6, 2, 1, 0.5);
+        for (k = 0; k < 4; k++) {
+            test_attach(w, body, &leg, k & 1 ? 0.5 : -0.5, k & 2 ? 0.4 : -0.5, 0, &rough);
+        }
+        CHECK(ecp_body_set_state(w, body, NULL, NULL, v, spin) == ECP_OK);
+        if (order == 2) {
+            test_attach(w, test_body(w, ECP_STATIC, 0, 1, 1, 1, 0, 0, -1), &floor, 0, 0, 0, &rough);
+        }
+        total[order] = centred[order] = 0;
+        for (k = 0; k < 50; k++) {
+            CHECK(ecp_step(w, ECP_R(0.01), NULL, &r) == ECP_OK);
+            total[order] += r.iterations;
+            centred[order] += r.centred == 1;
+        }
+        end[order] = test_get(w, body);
+        free(w);
+    }
+    for (order = 1; order < 3; order++) {
+        for (k = 0; k < 3; k++) {
+            CHECK_NEAR(end[order].x[k], end[0].x[k], test_by(order == 1 ? 1e-5 : 1e-8, 1e-5));
+            CHECK_NEAR(end[order].w[k], end[0].w[k], test_by(order == 1 ? 1e-4 : 1e-7, 1e-4));
+        }
+        CHECK(total[order] <= 2 * total[0]);
+        if (sizeof(ecp_real) == sizeof(double)) CHECK(centred[order] >= 45);
+    }
+    printf("table on a box in %s: %d, %d and %d iterations, centred in %d, %d and %d of 50 steps\n",
+           sizeof(ecp_real) == sizeof(double) ? "double" : "float", total[0], total[1], total[2],
+           centred[0], centred[1], centred[2]);
 }
 
 /* Bodies that touch, and of which one goes to the other's far side within a step, however far: it is stopped. (In float
@@ -3732,6 +3851,8 @@ static void test_step(void)
     test_step_far_through();
     test_step_bin();
     test_step_moves_on();
+    test_step_body_first();
+    test_step_table_on_box();
     if (sizeof(ecp_real) == sizeof(double)) test_step_standstill();
     /* (what turns fast as it hits the ground) */
     CHECK(test_in_parts <= 4);

@@ -135,17 +135,17 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 64,724.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 65,468.
 
-       ECPSIM_NO_PAIRS     26,820  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     27,496  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   5,428  contacts are smooth, whatever the materials say
-       ECPSIM_NO_SLEEP      1,604  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   2,812  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS    10,416  the ECP_FALLBACK_... that there are, or-ed; all, where nothing is
+       ECPSIM_NO_FRICTION   5,396  contacts are smooth, whatever the materials say
+       ECPSIM_NO_SLEEP      1,640  options.sleep = 1 is ECP_BAD_OPTION
+       ECPSIM_NO_CENTRING   3,004  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS    10,412  the ECP_FALLBACK_... that there are, or-ed; all, where nothing is
                                    said. Options that ask for others are ECP_BAD_OPTION. The bytes
-                                   are what 0, none, saves; ECP_FALLBACK_GEOMETRIC alone saves 6,720,
-                                   all but ECP_FALLBACK_SUBSTEPS 3,036 and the memory of a second state
+                                   are what 0, none, saves; ECP_FALLBACK_GEOMETRIC alone saves 6,752,
+                                   all but ECP_FALLBACK_SUBSTEPS 3,116 and the memory of a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
@@ -7294,28 +7294,29 @@ static int ecp_i_at_rounding(const ecp_i_size *size, const ecp_i_search *s)
    it is a solution to the tolerance (one that is only better kept crates in float from coming to rest). And the velocities of a warm start balance its impulses, but a body that is held takes up in its
    impulses what is new in a step (a push, for one), and its velocities stay as they were: where that start is the better
    of two bad ones it becomes z. What is wrong with velocities weighs more than the residual says, as it is multiplied by
-   what a stack carries. */
-static void ecp_i_better_start(const ecp_i_problem *p, ecp_real tolerance, ecp_real *z,
-                               ecp_i_effort *effort)
+   what a stack carries. Returns 1 if the bodies move on. */
+static int ecp_i_better_start(const ecp_i_problem *p, ecp_real tolerance, ecp_real *z,
+                              ecp_i_effort *effort)
 {
     ecp_real was = effort->size.largest, error = effort->size.error;
-    if (p->velocities == 0) return;
+    if (p->velocities == 0) return 0;
     if (ECP_I_PAIRS && p->start(p->self, ECP_I_START_MOVES_ON, p->trial)) {
         ecp_i_evaluate(p, p->trial, 0, effort);
         if (effort->size.error <= ecp_i_min(tolerance, error)) {
             ecp_i_copy(p->n, p->trial, z);
-            return;
+            return 1;
         }
         p->start(p->self, 0, z);
         ecp_i_evaluate(p, z, 0, effort);
     }
-    if (was < ECP_I_BAD_START) return;
+    if (was < ECP_I_BAD_START) return 0;
     ecp_i_copy(p->n, z, p->trial);
     ECPSIM_MEMSET(z, 0, (size_t)p->velocities * sizeof(ecp_real));
     ecp_i_evaluate(p, z, 0, effort);
-    if (effort->size.largest < was) return;
+    if (effort->size.largest < was) return 0;
     ecp_i_copy(p->n, p->trial, z);
     ecp_i_evaluate(p, z, 0, effort);
+    return 0;
 }
 
 /* how many steps at most repeat one with its derivative, and by what the first of them must be expected to lower the
@@ -7420,10 +7421,9 @@ static int ecp_i_newton(const ecp_i_problem *p, int warm, ecp_real tolerance, in
     s.content = ecp_i_content(tolerance);
     ecp_i_evaluate(p, z, relax, effort);
     if (ecp_i_at_rounding(now, &s) || ecp_i_start_will_do(now, warm, tolerance, &s)) return 1;
-    if (warm) {
-        ecp_i_better_start(p, tolerance, z, effort);
-        if (ecp_i_start_will_do(now, warm, tolerance, &s)) return 1;
-    }
+    if (warm && ecp_i_better_start(p, tolerance, z, effort) &&
+        ecp_i_start_will_do(now, warm, tolerance, &s))
+        return 1;
     ecp_i_begin_search(p, &s);
     for (k = 0; k < most; k++) {
         if (ecp_i_spent(effort)) {
@@ -10299,19 +10299,19 @@ static int ecp_i_flat_at(const ecp_i_part *part, int count, const ecp_real *l, c
 
 /* A point x of a primitive whose normal there, in the primitive's frame, turns from n0 to n1: it moves as the support
    point does, and so stays where it is along a generator. f and g are those of the new point. 0, with x as it was, if
-   nothing moves, if the new point is not of the surface, or if it is another end of a generator (by more than a curve
-   of four times the primitive's radius would move it). */
+   nothing moves or the normal turns by rounding, if the new point is not of the surface, or if it is another end of a
+   generator (by more than a curve of four times the primitive's radius would move it). */
 static int ecp_i_roll_point(const ecp_shape *s, int count, const ecp_real n0[3],
                             const ecp_real n1[3], ecp_real *f, ecp_real *g, ecp_real x[3])
 {
-    ecp_real turn[3], to[3], way;
+    ecp_real turn[3], to[3], way, angle;
     s->cls->support(s, n0, ECP_I_GENERATOR, turn);
     s->cls->support(s, n1, ECP_I_GENERATOR, to);
     ecp_i_sub(to, turn, to);
     ecp_i_sub(n1, n0, turn);
     way = ecp_i_norm(to);
-    if (!(ecp_i_norm(turn) > 4 * ECP_I_EPSILON)) return 0; /* the rounding of what rests */
-    if (!(way > 0) || way > 4 * s->radius * ecp_i_norm(turn)) return 0;
+    angle = ecp_i_norm(turn);
+    if (!(way > 0 && angle > 4 * ECP_I_EPSILON) || way > 4 * s->radius * angle) return 0;
     ecp_i_add(x, to, to);
     way = ecp_i_abs(ecp_i_most_outside(s, to, count, f, g));
     if (way > ecp_i_sqrt(ECP_I_EPSILON) * s->radius) return 0;
@@ -10345,13 +10345,13 @@ static int ecp_i_roll_ecp(const ecp_i_pair *c, const ecp_i_patch *old, const ecp
     int rolls_b = 0, count = c->nl;
     if (!c->a->shape.cls->hess && (ecp_i_on_plane(c) || !c->b->shape.cls->hess)) return 0;
     if (ecp_i_on_plane(c)) {
-        ecp_i_mul_t(flat->R0, k->normal, N);
+        ecp_i_mul_t(flat->R0, k->normal, n1);
     } else {
         ecp_i_poses(c, 0, &A, &B);
         ecp_i_across(&A, y, -k->gap, k->normal, &B, at);
-        if (!ecp_i_flat_at(c->b, c->nm, multipliers + c->nl, at, c->on_b->fb, c->on_b->gb, N)) {
-            if (!ecp_i_flat_at(c->a, c->nl, multipliers, y, c->fa, c->ga, N)) return 0;
-            ecp_i_scale(-1, N, N);
+        if (!ecp_i_flat_at(c->b, c->nm, multipliers + c->nl, at, c->on_b->fb, c->on_b->gb, n1)) {
+            if (!ecp_i_flat_at(c->a, c->nl, multipliers, y, c->fa, c->ga, n1)) return 0;
+            ecp_i_scale(-1, n1, n1);
             flat = c->ma, curved = c->mb;
             part = c->b;
             f = c->on_b->fb, g = c->on_b->gb;
@@ -10360,8 +10360,7 @@ static int ecp_i_roll_ecp(const ecp_i_pair *c, const ecp_i_patch *old, const ecp
         }
     }
     /* (the normal of the last step may be off by what its solution was: that would grow from step to step) */
-    ecp_i_mul(flat->R, N, x);
-    ecp_i_copy3(x, N);
+    ecp_i_mul(flat->R, n1, N);
     ecp_i_mul_t(curved->R0, k->normal, n1);
     ecp_i_mul_t(part->rotation, n1, n0);
     ecp_i_mul_t(curved->R, N, x);
@@ -10638,11 +10637,13 @@ static void ecp_i_start_all(ecp_i_island *s, int k, int first, int bare, int mov
 static int ecp_i_island_start(void *self, int k, ecp_real *z)
 {
     ecp_i_island *s = (ecp_i_island *)self;
-    int together = ECP_I_PAIRS && k == ECP_I_START_MOVES_ON;
-    int first = ECP_I_STARTS == 0 || k == 0 || together, bare = 0;
-    int alone = ecp_i_body_count(s) == 1;
-    int moves_on = ECP_I_PAIRS && first && together != alone && ecp_i_moves_on(s, z);
-    if (together ? !moves_on : k > ECP_I_STARTS) return 0;
+    int together = ECP_I_PAIRS && k == ECP_I_START_MOVES_ON, bare = 0, first, moves_on;
+    if (together) k = 0;
+    if (k > ECP_I_STARTS) return 0;
+    first = ECP_I_STARTS == 0 || k == 0;
+    moves_on =
+        ECP_I_PAIRS && first && together == (ecp_i_body_count(s) > 1) && ecp_i_moves_on(s, z);
+    if (together && !moves_on) return 0;
     do {
         ecp_i_start_all(s, k, first, bare, moves_on && !bare, z);
         if (k == 2) return ecp_i_start_spots(s, z);

@@ -938,7 +938,8 @@ typedef struct ecp_contact {
     ecp_real direction_t[3], direction_o[3]; /* unit tangents: (t, o, normal) is right-handed */
     ecp_real gap;                            /* m, along the normal */
     ecp_real separation;        /* m, of A and B by their support functions along the normal,
-                                       as A or as B has it: the certificate; any value >= 0 proves that they are apart */
+                                       as A or as B has it: the certificate; any value >= 0
+                                       proves that they are apart */
     ecp_real p_n, p_t, p_o;     /* impulses on A along normal and tangents, N s (on B their
                                        opposites): over h the mean force, where ecp_report.substeps
                                        is 1; else they are of the last of these only */
@@ -7291,10 +7292,11 @@ static int ecp_i_at_rounding(const ecp_i_size *size, const ecp_i_search *s)
 #define ECP_I_START_MOVES_ON 11
 
 /* Starts that may be better than the warm one, z, whose residual is at hand. That of bodies that move on together, where
-   it is a solution to the tolerance (one that is only better kept crates in float from coming to rest). And the velocities of a warm start balance its impulses, but a body that is held takes up in its
-   impulses what is new in a step (a push, for one), and its velocities stay as they were: where that start is the better
-   of two bad ones it becomes z. What is wrong with velocities weighs more than the residual says, as it is multiplied by
-   what a stack carries. Returns 1 if the bodies move on. */
+   it is a solution to the tolerance (taken where it was only better it kept crates in float from coming to rest). And
+   the velocities of a warm start balance its impulses, but a body that is held takes up in its impulses what is new in a
+   step (a push, for one), and its velocities stay as they were: where that start is the better of two bad ones it
+   becomes z. What is wrong with velocities weighs more than the residual says, as it is multiplied by what a stack
+   carries. Returns 1 if the bodies move on. */
 static int ecp_i_better_start(const ecp_i_problem *p, ecp_real tolerance, ecp_real *z,
                               ecp_i_effort *effort)
 {

@@ -7022,8 +7022,8 @@ typedef struct ecp_i_problem {
     int (*again)(void *self, const ecp_real *z, const ecp_real *F, ecp_real *dz);
     /* how many times dz it is from z to the first event, or 0. NULL: there are none */
     ecp_real (*event)(const void *self, const ecp_real *z, const ecp_real *dz);
-    /* the k-th start (0: warm, 1 and 2: geometric, then disturbed ones); 0: no more. Of the warm one 2 says
-       that nothing moves in it */
+    /* the k-th start (0: warm, 1 and 2: geometric, then disturbed ones; ECP_I_START_MOVES_ON, asked for where there
+       are velocities); 0: there is none. Of the warm one 2 says that nothing moves in it */
     int (*start)(void *self, int k, ecp_real *z);
     /* solves the problem from its warm start by fewer equations first, or NULL */
     int (*gather)(void *self, const struct ecp_i_problem *p, const ecp_options *o, ecp_real *z,
@@ -10223,6 +10223,7 @@ static void ecp_i_carry_ecp(const ecp_i_pair *c, const ecp_i_patch *old, ecp_rea
     ecp_i_add_cross(vb + 3, on_b, way);
     ecp_i_axpy(way, -ecp_i_dot(way, k->normal), k->normal, way);
     ecp_i_scale(h, way, way);
+    /* (less is the rounding of what rests) */
     if (!(ecp_i_norm(way) > 4 * ECP_I_EPSILON * (c->a->shape.radius + c->b->shape.radius))) return;
     /* the poses at the end but for what the two move apart or together */
     ecp_i_pose(c, 1, 0, &B);
@@ -11110,6 +11111,7 @@ static int ecp_i_centre(ecp_i_island *s, const ecp_i_problem *p, const ecp_i_ste
             const ecp_i_pair *c = s->pairs[i];
             const ecp_real *dy = p->dz + c->at;
             ecp_real way = ecp_i_largest(3, dy);
+            /* (where there is but one solution the step is Newton's, and may be long) */
             lost |= s->many && way * c->L > 4 * c->a->shape.radius;
             size =
                 ecp_i_max(size, ecp_i_max(way, ecp_i_largest(1 + ecp_i_nf(c), dy + ecp_i_at_p(c))));

@@ -3132,8 +3132,8 @@ static void test_step_puck(void)
 
 /* Flush crates that are dropped: a cube of them and walls. The impact turns them about the vertical by what rounding
    makes of it, which nothing resists, and each step was a jam for ever, of many iterations. They rest, and sleep if
-   they may. (In float 3 x 3 x 2 finds its corners anew in each step, and another block stands for it; which step of 20 to 130
-   it is that they come to rest in is chance.) */
+   they may. (In float 3 x 3 x 2 finds its corners anew in each step, and another block stands for it. The step in which
+   a wall comes to rest is chance there.) */
 static void test_step_crates(void)
 {
     static const double drops[2][6][4] = {{{2, 2, 2, 0.01},
@@ -3375,7 +3375,7 @@ static void test_step_bin(void)
 }
 
 /* What rolls or slides steadily on a half-space or a box is where its warm start has it: most steps take no iteration,
-   all together no more than two each. (The contact turned away with what rolls, and three to five iterations a step
+   50 of them 80 at most. (The contact turned away with what rolls, and three to five iterations a step
    brought it back.) */
 static void test_step_moves_on(void)
 {
@@ -3420,9 +3420,9 @@ static void test_step_moves_on(void)
                 if (k > 0) total += r.iterations;
             }
             if (kind < 3) CHECK_NEAR(test_get(w, i).x[1], 51 * h * v0, test_by(1e-9, 1e-4));
-            if (total > 100)
+            if (total > 80)
                 printf("%s on %s: %d\n", names[kind], floor ? "a box" : "a half-space", total);
-            CHECK(total <= 100);
+            CHECK(total <= 80);
             if (total > most) most = total;
             free(w);
         }
@@ -3433,8 +3433,8 @@ static void test_step_moves_on(void)
 
 /* A body that was added before the large box that carries it, so that it is A: a ball that rolls for 2,000 steps, and two
    unequal balls, joined, that stay as they are for 1,100. (The contact's normal was that of the last step's solution,
-   with its error, and that of a curve; the error grew, or its tilt was an overlap at the far end of the floor, and the
-   step was not solved: in float at step 1,670, of what rests in double at 992, in float at 3.) */
+   with its error, and that of a curve; the error grew, or its tilt was an overlap at the far end of the floor, and a step
+   was not solved: on a floor of 300 radii step 167 of what rests in double, step 320 of what rolls in float.) */
 static void test_step_body_first(void)
 {
     static const double floors[] = {10, 300, 10000};
@@ -3446,7 +3446,7 @@ static void test_step_body_first(void)
         ecp_world *w = test_world(&d);
         ecp_shape ball, other, floor = test_box_shape(half, half, 1);
         ecp_real v[3] = {0, 0, 0}, spin[3] = {0, 0, 0}, turn[4] = {1, 0, 0, 0};
-        double angle = asin(0.3 / 2.2), h = 0.01, tilt = 0;
+        double angle = asin(0.3 / 2.2), h = 0.01;
         test_state was, now;
         int body, steps = 2000;
         rests = i >= 3;
@@ -3468,9 +3468,9 @@ static void test_step_body_first(void)
         }
         CHECK(ecp_body_set_state(w, body, NULL, turn, v, spin) == ECP_OK);
         test_attach(w, test_body(w, ECP_STATIC, 0, 1, 1, 1, 0, 0, -1), &floor, 0, 0, 0, &rough);
+        was = test_get(w, body);
         for (k = 0; k < steps; k++) {
-            ecp_report r;
-            ecp_status status = ecp_step(w, (ecp_real)h, NULL, &r);
+            ecp_status status = ecp_step(w, (ecp_real)h, NULL, NULL);
             if (k == 9) was = test_get(w, body);
             if (status == ECP_OK) continue;
             printf("floor of %g, %s: step %d: %s\n", half, rests ? "rests" : "rolls", k,
@@ -3479,10 +3479,9 @@ static void test_step_body_first(void)
         }
         CHECK(k == steps);
         now = test_get(w, body);
-        for (k = 0; k < 3; k++) tilt += fabs(now.w[k]);
         if (rests) {
             CHECK(memcmp(&was, &now, sizeof now) == 0);
-            CHECK(tilt == 0);
+            CHECK(now.w[0] == 0 && now.w[1] == 0 && now.w[2] == 0);
         } else {
             CHECK_NEAR(now.x[0], steps * h * 0.4, test_by(1e-9, 1e-3));
             CHECK_NEAR(now.w[1], 0.4, test_by(1e-11, 1e-5));
@@ -3493,8 +3492,8 @@ static void test_step_body_first(void)
 
 /* A table on four legs slides and turns on a half-space, and on a box that was added before or after it: the rule's ECPs
    are near the centres of the legs, and the motion the same. (Where the box was first its own centre was meant, which no
-   leg reaches: centring was in vain in all steps, for 20 iterations each. Now it is near the legs' but for the turn of the
-   step, as it is counted in the frame of A, the box.) */
+   leg reaches: centring was in vain in all steps, 1,154 iterations in place of 424 in double. With the box as A the legs'
+   centres are counted in its frame, without the turn of the step: the motion is the same to less.) */
 static void test_step_table_on_box(void)
 {
     test_state end[3];
@@ -3537,7 +3536,7 @@ static void test_step_table_on_box(void)
             CHECK_NEAR(end[order].w[k], end[0].w[k], test_by(order == 1 ? 1e-4 : 1e-7, 1e-4));
         }
         CHECK(total[order] <= 2 * total[0]);
-        if (sizeof(ecp_real) == sizeof(double)) CHECK(centred[order] >= 45);
+        CHECK(centred[order] == 50);
     }
     printf("table on a box in %s: %d, %d and %d iterations, centred in %d, %d and %d of 50 steps\n",
            sizeof(ecp_real) == sizeof(double) ? "double" : "float", total[0], total[1], total[2],

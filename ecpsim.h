@@ -897,8 +897,8 @@ typedef struct ecp_report {
                               without sub-steps) */
     ecp_real worst_cone;   /* how far a friction cone is left: max of |y| - mu p_n over the patches,
                               N s, or 0 where none is; y as in docs/model.md */
-    ecp_real largest_turn; /* max of h |w| over the bodies, kinematic ones too, rad. A step that
-                              turns a body by more than about 0.1 may have several solutions, of
+    ecp_real largest_turn; /* max of h |w| over the bodies, kinematic ones too, rad (of several
+                              sub-steps in any one of them). A step that turns a body by more than about 0.1 may have several solutions, of
                               which the one nearest to the start is taken */
     ecp_real dropped;   /* the largest velocity that a body has begun the step without, to come to
                                     rest on what carries it (docs/model.md), m/s; a turn times sqrt(trace I / mass) */
@@ -919,8 +919,9 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
 /* Sets the guess for the equivalent contact point of a pair of primitives in the next step: a world
    point, kept in the frame of the primitive that the contact report calls A. It matters for the rule
    ECP_NEAREST, takes the place of the pair's last solution, and uses one of max_patches. ECP_BAD_KIND
-   where the two can make no patch: on one body, or neither on a dynamic one; ECP_BAD_INDEX also where they are the
-   same one; ECP_CAPACITY where max_patches are in use. The pair's contact is no longer among ecp_contact_get()'s until
+   where the two can make no patch: on one body, neither on a dynamic one, two half-spaces, or no half-space with
+   ECPSIM_NO_PAIRS; ECP_BAD_INDEX also where they are the same one; ECP_CAPACITY where max_patches are in use;
+   ECP_BAD_OPTION within a callback of ecp_advance(). The pair's contact is no longer among ecp_contact_get()'s until
    the next step. */
 ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
                                  const ecp_real point[3]);
@@ -1005,7 +1006,7 @@ typedef struct ecp_advance_options {
     ecp_real time;       /* at the beginning, for `load`, s */
     ecp_load load;       /* or NULL */
     void *load_user;
-    const ecp_options *step; /* of the base steps, or NULL */
+    const ecp_options *step; /* of the base steps, or NULL; `sleep` and `dump` mean nothing there */
     ecp_real longest_step;   /* of a chosen macro step, s; 0: as long as the tolerance lets it be */
 } ecp_advance_options;
 
@@ -7291,6 +7292,9 @@ static int ecp_i_at_rounding(const ecp_i_size *size, const ecp_i_search *s)
 /* the start of several bodies that move on by the impulses of their last step (ecp_i_island_start) */
 #define ECP_I_START_MOVES_ON 11
 
+/* the start of what stands still, if friction can hold it (ecp_i_hold) */
+#define ECP_I_START_HELD 12
+
 /* Starts that may be better than the warm one, z, whose residual is at hand. That of bodies that move on together, where
    it is a solution to the tolerance (taken where it was only better it kept crates in float from coming to rest). And
    the velocities of a warm start balance its impulses, but a body that is held takes up in its impulses what is new in a
@@ -7966,7 +7970,7 @@ static ecp_real ecp_i_distance(const ecp_i_posed *A, const ecp_i_posed *B, ecp_r
 /* >>start: values for a patch's unknowns without a history */
 
 /* Multipliers l >= 0 with sum l_i g_i nearest to n, over the constraints that are active at the
-   point (f_i above -reach): coordinate descent, exact for orthogonal gradients, enough for a start. */
+   point (f_i no more than `reach` below the largest): coordinate descent, exact for orthogonal gradients, enough for a start. */
 static void ecp_i_cone_multipliers(int count, const ecp_real *f, const ecp_real *g,
                                    const ecp_real n[3], ecp_real reach, ecp_real *l)
 {
@@ -8553,16 +8557,23 @@ static void ecp_i_sample_rub(const ecp_i_pair *c, const ecp_i_spot *at, const ec
     ecp_i_spot_push(c, at, f, ecp_i_nf(c) == 3 ? share * c->e[2] * y[2] : ECP_R(0));
 }
 
-/* friction at the spot where it acts, whose p is its load */
-static void ecp_i_sample_friction(const ecp_i_pair *c, const ecp_i_spot *at, ecp_i_sample *sample)
+/* The slip where friction acts, per e: its unknowns resist it. */
+static void ecp_i_sample_slip(const ecp_i_pair *c, const ecp_i_spot *at, ecp_real w[3])
 {
-    ecp_real u[3], spin[3], w[3], change[3] = {0, 0, 0}, size = 0, limit = c->mu * at->p;
-    int i;
+    ecp_real u[3], spin[3];
     ecp_i_spot_velocity(at, c->ma->residual, c->mb->residual, u);
     ecp_i_sub(c->ma->residual + 3, c->mb->residual + 3, spin);
     w[0] = c->e[0] * ecp_i_dot(c->t, u);
     w[1] = c->e[1] * ecp_i_dot(c->o, u);
-    w[2] = c->e[2] * ecp_i_dot(c->N, spin);
+    w[2] = ecp_i_nf(c) == 3 ? c->e[2] * ecp_i_dot(c->N, spin) : ECP_R(0);
+}
+
+/* friction at the spot where it acts, whose p is its load */
+static void ecp_i_sample_friction(const ecp_i_pair *c, const ecp_i_spot *at, ecp_i_sample *sample)
+{
+    ecp_real w[3], change[3] = {0, 0, 0}, size = 0, limit = c->mu * at->p;
+    int i;
+    ecp_i_sample_slip(c, at, w);
     for (i = 0; i < ecp_i_nf(c); i++) {
         change[i] = sample->y[i];
         sample->y[i] -= w[i] / sample->rho;
@@ -8576,17 +8587,22 @@ static void ecp_i_sample_friction(const ecp_i_pair *c, const ecp_i_spot *at, ecp
     ecp_i_sample_rub(c, at, change, 1);
 }
 
-/* one visit of a patch: the normal impulses of its spots, then its friction */
-static void ecp_i_sample_relax(const ecp_i_pair *c)
+/* One visit of a patch: the normal impulses of its spots, then its friction. associated: what slips opens, by mu times
+   the slip. */
+static void ecp_i_sample_relax(const ecp_i_pair *c, int associated)
 {
     ecp_i_sample *sample = ecp_i_sample_of(c);
     ecp_i_spot was, at;
-    ecp_real u[3], f[3], p;
+    ecp_real u[3], f[3], w[3], p, opens = 0;
     int k, bears = ecp_i_sample_centre(sample, &was);
+    if (associated && bears && ecp_i_nf(c) > 0) {
+        ecp_i_sample_slip(c, &was, w);
+        opens = c->mu * ecp_i_norm(w);
+    }
     for (k = 0; k < ECP_I_SPOTS; k++) {
         ecp_i_spot *s = sample->spots + k;
         ecp_i_spot_velocity(s, c->ma->residual, c->mb->residual, u);
-        p = ecp_i_max(0, s->p - (ecp_i_dot(c->N, u) + s->gap) / s->W);
+        p = ecp_i_max(0, s->p - (ecp_i_dot(c->N, u) + s->gap - opens) / s->W);
         ecp_i_scale(p - s->p, c->N, f);
         s->p = p;
         ecp_i_spot_push(c, s, f, 0);
@@ -8653,7 +8669,7 @@ static void ecp_i_start_motion(const ecp_i_motion *m, const ecp_real dv[6], ecp_
 }
 
 /* spots at the present poses, and where their impulses move the bodies */
-static void ecp_i_spots_round(ecp_i_island *s, ecp_real *z)
+static void ecp_i_spots_round(ecp_i_island *s, int associated, ecp_real *z)
 {
     ecp_real dv[6];
     int i, j, sweep;
@@ -8670,7 +8686,7 @@ static void ecp_i_spots_round(ecp_i_island *s, ecp_real *z)
     }
     for (sweep = 0; sweep < ECP_I_SWEEPS; sweep++) {
         for (i = 0; i < s->pair_count; i++) {
-            ecp_i_sample_relax(s->pairs[sweep & 1 ? s->pair_count - 1 - i : i]);
+            ecp_i_sample_relax(s->pairs[sweep & 1 ? s->pair_count - 1 - i : i], associated);
         }
     }
     for (i = 0; i < ecp_i_body_count(s); i++) {
@@ -8682,7 +8698,7 @@ static void ecp_i_spots_round(ecp_i_island *s, ecp_real *z)
 }
 
 /* the start itself, from the geometric one; 0 without memory */
-static int ecp_i_start_spots(ecp_i_island *s, ecp_real *z)
+static int ecp_i_start_spots(ecp_i_island *s, int associated, ecp_real *z)
 {
     int i, round;
     if (!s->tree.fronts) ecp_i_island_carve(s);
@@ -8692,7 +8708,7 @@ static int ecp_i_start_spots(ecp_i_island *s, ecp_real *z)
     for (i = 0; i < s->pair_count; i++) {
         ECPSIM_MEMSET(ecp_i_sample_of(s->pairs[i]), 0, sizeof(ecp_i_sample));
     }
-    for (round = 0; round < ECP_I_ROUNDS; round++) ecp_i_spots_round(s, z);
+    for (round = 0; round < ECP_I_ROUNDS; round++) ecp_i_spots_round(s, associated, z);
     for (i = 0; i < s->pair_count; i++) {
         ecp_i_spots_gather(s->pairs[i], s->h, z + s->pairs[i]->at);
     }
@@ -10524,28 +10540,36 @@ static void ecp_i_balance(const ecp_i_motion *m, ecp_real dv[6])
    impulses of loads that are gone since the last step: gravity, or a force that pressed bodies together. */
 #define ECP_I_TOO_FAST ECP_R(1e6)
 
-/* The velocities that balance the impulses of a warm start; those that are nothing but the rounding of that balance, or
-   that the rounding floors of the patches would let pass, or of a turn that the quaternion has no room for, with the
-   way of the body's outside in it, are zero instead, or they would add up to a drift, or come and go in turn with the
-   impulse that takes them back. Returns 0 if these impulses are of loads that are gone. */
+/* The change of velocities dv without those velocities that are nothing but the rounding of a balance, or of a turn
+   that the quaternion has no room for, with the way of the body's outside in it, or that gaps let pass which are off by
+   so much: they are zero instead, or they would add up to a drift, or come and go in turn with the impulse that takes
+   them back. Is nothing left that moves? */
+static int ecp_i_drop_noise(const ecp_i_island *s, const ecp_i_motion *m, ecp_real gaps,
+                            ecp_real dv[6])
+{
+    int j, still = 1;
+    for (j = 0; j < 6; j++) {
+        ecp_real noise = ecp_i_max(s->noise * m->speed + ecp_i_noise_share(m, j) * gaps,
+                                   s->turn / s->h * m->length);
+        if (j >= 3) noise /= m->length;
+        if (ecp_i_abs(m->body->v[j] + (m->body->v_carry[j] + dv[j])) <= noise)
+            dv[j] = -m->body->v[j] - m->body->v_carry[j];
+        else
+            still = 0;
+    }
+    return still;
+}
+
+/* The velocities that balance the impulses of a warm start, with the rounding floors of its patches. Returns 0 if these
+   impulses are of loads that are gone. */
 static int ecp_i_balance_start(ecp_i_island *s, ecp_real *z)
 {
     ecp_real dv[6], spin[3], excess = 0;
-    int i, j;
+    int i;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
-        ecp_real gaps = ecp_i_max(m->noise, m->jitter);
         ecp_i_balance(m, dv);
-        for (j = 0; j < 6; j++) {
-            ecp_real noise = ecp_i_max(s->noise * m->speed + ecp_i_noise_share(m, j) * gaps,
-                                       s->turn / s->h * m->length);
-            if (j >= 3) noise /= m->length;
-            if (ecp_i_abs(m->body->v[j] + (m->body->v_carry[j] + dv[j])) <= noise) {
-                dv[j] = -m->body->v[j] - m->body->v_carry[j];
-            } else {
-                s->still = 0;
-            }
-        }
+        s->still &= ecp_i_drop_noise(s, m, ecp_i_max(m->noise, m->jitter), dv);
         ecp_i_start_motion(m, dv, z + 6 * i);
         ecp_i_mul(m->inertia, dv + 3, spin);
         excess += m->mass * (ecp_i_dot(dv, dv) - ECP_I_TOO_FAST * m->speed * m->speed) +
@@ -10616,10 +10640,14 @@ static void ecp_i_start_all(ecp_i_island *s, int k, int first, int bare, int mov
     int i, j;
     for (i = 0; i < ecp_i_body_count(s); i++) {
         ecp_i_motion *m = ecp_i_mover(s, i);
-        if (moves_on)
+        if (moves_on) {
             ecp_i_balance(m, dv);
-        else
+            ecp_i_drop_noise(
+                s, m, 0,
+                dv); /* (tangents would be others by rounding, and impulses turned to them) */
+        } else {
             ecp_i_copy(6, m->free, dv);
+        }
         for (j = 0; k > 2 && k < 7 && j < 6; j++) {
             dv[j] = parts[k - 3] * (m->body->v[j] + m->free[j]) - m->body->v[j];
         }
@@ -10641,6 +10669,10 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
 {
     ecp_i_island *s = (ecp_i_island *)self;
     int together = ECP_I_PAIRS && k == ECP_I_START_MOVES_ON, bare = 0, first, moves_on;
+    if (ECP_I_PAIRS && k == ECP_I_START_HELD) {
+        ecp_i_start_all(s, ECP_I_START_AT_REST, 0, 0, 0, z);
+        return ecp_i_start_spots(s, 1, z);
+    }
     if (together) k = 0;
     if (k > ECP_I_STARTS) return 0;
     first = ECP_I_STARTS == 0 || k == 0;
@@ -10649,7 +10681,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
     if (together && !moves_on) return 0;
     do {
         ecp_i_start_all(s, k, first, bare, moves_on && !bare, z);
-        if (k == 2) return ecp_i_start_spots(s, z);
+        if (k == 2) return ecp_i_start_spots(s, 0, z);
     } while (first && !ecp_i_balance_start(s, z) && !bare++);
     return first && !s->still ? 1 : 2;
 }
@@ -11313,7 +11345,7 @@ static ecp_real ecp_i_contact_work(const ecp_i_island *s, ecp_real tolerance)
         const ecp_i_pair *c = s->pairs[i];
         /* (not by the last step's gap: a body may have been put elsewhere) */
         ecp_real load = c->P * c->p[0] / s->h;
-        work -= load * ecp_i_depth(c, NULL, v);
+        work -= 2 * load * ecp_i_depth(c, NULL, v);
         /* velocities that rounding of gaps makes in the shortest parts would win more than these */
         granted += load * (c->d_floor + 4 * tolerance * c->L);
         granted += ecp_i_norm(c->force) / ECP_I_NOT_SO_SHORT *
@@ -11598,6 +11630,9 @@ static void ecp_i_find_carrier(const ecp_i_island *s, ecp_real carrier[3])
     if (first) ecp_i_copy3(first->body->v, carrier);
 }
 
+/* what stands still, in the same units */
+#define ECP_I_STANDS ECP_R(1e-3)
+
 /* Are all velocities below that limit, but for noise: at the beginning of the step, or at its end? Those in the frame
    that carries the island. The limit is in units vs, but never more than of g h: a light body under a load makes vs
    large for all that it touches. Of noise the beginning takes as much again at most: in short steps it is more than g
@@ -11675,6 +11710,35 @@ static int ecp_i_come_to_rest(ecp_i_island *s, ecp_i_problem *p, const ecp_optio
     return solved;
 }
 
+/* What friction can hold it may as well let go: a pyramid of balls has solutions in which it stands and others in which
+   it comes apart, and it is chance which of them Newton finds. So where all stands still when the step begins, and does
+   not in the solution z, one is looked for in which it does. If what slips also opened, by mu times its slip, the step
+   would be a convex program, with one answer, in which all stands if it can; and there the two problems are the same.
+   Sweeps over spots find where that is (ECP_I_START_HELD). */
+static void ecp_i_hold(ecp_i_island *s, const ecp_i_problem *p, const ecp_options *o, ecp_real *z,
+                       ecp_i_effort *effort)
+{
+    ecp_real carrier[3];
+    if (s->body_count < 2 || !ecp_i_may(o, ECP_FALLBACK_GEOMETRIC) || ecp_i_spent(effort)) return;
+    ecp_i_find_carrier(s, carrier);
+    if (!ecp_i_is_slow(s, carrier, 0, 0) || ecp_i_is_slow(s, carrier, ECP_I_STANDS, 1)) return;
+    ecp_i_copy(p->n, z, p->kept);
+    ecp_i_change_set(s, ECP_I_OUT, ECP_I_NEW);
+    ecp_i_sort_patches(s);
+    if (p->start(s, ECP_I_START_HELD, z) &&
+        ecp_i_newton(p, 0, o->tolerance, o->max_iterations, 0, z, effort) &&
+        ecp_i_island_valid(s) && ecp_i_is_slow(s, carrier, ECP_I_STANDS, 1)) {
+        ecp_i_change_set(s, ECP_I_NEW, ECP_I_IN);
+        effort->fallbacks |= ECP_FALLBACK_GEOMETRIC;
+        return;
+    }
+    ecp_i_take_back(s, p, ECP_I_OUT, z);
+    ecp_i_sort_patches(s);
+    /* (a bound on the iterations has ended nothing that is needed) */
+    if (effort->most < 0) effort->most = 0;
+    ecp_i_evaluate(p, z, 0, effort);
+}
+
 /* The whole chain, after an attempt to come to rest. course: ECP_I_GATHERED and others. */
 static int ecp_i_solve_in_course(ecp_i_island *s, ecp_i_problem *p, const ecp_options *o,
                                  int *course, ecp_real *z, ecp_i_effort *effort)
@@ -11688,6 +11752,7 @@ static int ecp_i_solve_in_course(ecp_i_island *s, ecp_i_problem *p, const ecp_op
     if (!solved) {
         solved = ecp_i_solve_equations(s, p, o, z, effort);
         if (effort->iterations > before + ECP_I_LABOUR) *course = ECP_I_LABOURED;
+        if (solved) ecp_i_hold(s, p, o, z, effort);
     }
     if (s->pair_count < s->all) *course |= ECP_I_GATHERED;
     return solved;
@@ -11990,11 +12055,12 @@ static ecp_status ecp_i_commit(ecp_i_step *s)
         if (b->kind == ECP_STATIC || b->kind == ECP_I_FREE || ecp_i_is_asleep(m)) continue;
         if (ecp_i_watched(s)) ECPSIM_MEMCPY(&before, b, sizeof before);
         /* turns below the rounding of q are lost where bodies touch each other: there it is the rounding of gaps that asks
-           for them, without end, if they came true (in float crates side by side would not come to rest) */
-        if (ECP_I_PAIRS && m->dynamic && s->motions[m->island].next_body >= 0)
-            ecp_quat_advance(b->q, m->v + 3, s->h, b->q);
-        else
+           for them, without end, if they came true (in float crates side by side would not come to rest). What does not
+           turn keeps its q: the rounding of its length comes and goes */
+        if (!ECP_I_PAIRS || !m->dynamic || s->motions[m->island].next_body < 0)
             ecp_i_turn_for(b, m->v + 3, s->h);
+        else if (ecp_i_largest(3, m->v + 3) > 0)
+            ecp_quat_advance(b->q, m->v + 3, s->h, b->q);
         for (k = 0; k < 3; k++) ecp_i_add_carried(b->x + k, b->x_carry + k, m->dx[k]);
         for (k = 0; m->dynamic && k < 6; k++) {
             ecp_i_add_carried(b->v + k, b->v_carry + k, m->dv[k]);
@@ -12204,6 +12270,13 @@ static ecp_status ecp_i_try_within(ecp_world *world, ecp_real h, const ecp_optio
     return ecp_i_step_once(world, h, &first, spare, &hasty, r);
 }
 
+/* what has failed on the way to a step that is solved is nobody's concern */
+static void ecp_i_complains_of_nothing(ecp_report *r)
+{
+    r->body = r->shape_a = r->shape_b = -1;
+    r->value = r->limit = 0;
+}
+
 /* a step that has failed in parts, or some other way; the state before is kept at the end of the block */
 static ecp_status ecp_i_step_by_parts(ecp_world *world, ecp_real h, const ecp_options *o,
                                       size_t spare, int cut, ecp_report *r)
@@ -12246,10 +12319,7 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
             status = ecp_i_step_by_parts(world, h, &o, 0, cut, &r);
         }
     }
-    if (status == ECP_OK) {
-        r.body = r.shape_a = r.shape_b = -1;
-        r.value = r.limit = 0;
-    }
+    if (status == ECP_OK) ecp_i_complains_of_nothing(&r);
     r.centred &= status == ECP_OK;
     r.status = status;
     if (report) *report = r;
@@ -12288,6 +12358,7 @@ ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
     int i, at = 0, lo = shape_a < shape_b ? shape_a : shape_b,
            hi = shape_a < shape_b ? shape_b : shape_a;
     if (!world || !point) return ECP_BAD_POINTER;
+    if (world->advancing) return ECP_BAD_OPTION;
     if (!ecp_i_find_part(world, lo) || !ecp_i_find_part(world, hi) || lo == hi) {
         return ECP_BAD_INDEX;
     }
@@ -12321,8 +12392,10 @@ ECP_DEF ecp_status ecp_guess_ecp(ecp_world *world, int shape_a, int shape_b,
     p->guess = 1;
     p->contact.shape_a = shape_a;
     p->contact.shape_b = shape_b;
-    ecp_i_wake(world, parts[lo].body);
-    ecp_i_wake(world, parts[hi].body);
+    p->contact.body_a = parts[shape_a].body;
+    p->contact.body_b = parts[shape_b].body;
+    ecp_i_wake(world, p->contact.body_a);
+    ecp_i_wake(world, p->contact.body_b);
     ecp_i_copy3(local, p->a);
     return ECP_OK;
 }
@@ -13237,7 +13310,7 @@ static void ecp_i_project_velocities(ecp_i_advance *a)
     ecp_world *w = a->w;
     int sweep, i;
     for (sweep = 0; sweep < 20; sweep++) {
-        ecp_real worst = 0;
+        int moves = 0;
         for (i = 0; i < w->patches; i++) {
             const ecp_contact *c = &ecp_i_patches(w)[i].contact;
             ecp_i_body *b = ecp_i_bodies(w) + c->body_a;
@@ -13258,9 +13331,9 @@ static void ecp_i_project_velocities(ecp_i_advance *a)
             ecp_i_cross(n, c->direction_t, d + 6);
             ecp_i_stop_point(b, at, stick ? 3 : 1, d, v);
             if (!stick) ecp_i_scale(ecp_i_dot(n, v), n, v);
-            worst = ecp_i_max(worst, ecp_i_norm(v) / ecp_i_speed_scale(a, b));
+            moves |= ecp_i_norm(v) > 4 * ECP_I_EPSILON * ecp_i_speed_scale(a, b);
         }
-        if (!(worst > 4 * ECP_I_EPSILON)) return;
+        if (!moves) return;
     }
 }
 
@@ -13823,6 +13896,7 @@ static ecp_i_outcome ecp_i_plain_step(ecp_i_advance *a, ecp_real left, ecp_statu
         if (*status != ECP_NOT_SOLVED || a->H >= left) break;
     }
     if (*status != ECP_OK) return ECP_I_UNSOLVED;
+    ecp_i_complains_of_nothing(&a->r->step);
     ecp_i_velocities(w, 1, 1 / a->H, a->rate_now);
     for (i = 0; i < w->bodies; i++) {
         if (ecp_i_moves(before + i)) {
@@ -14005,12 +14079,13 @@ static int ecp_i_velocities_after(ecp_i_advance *a, ecp_real h)
 
 /* Where a macro step that begins with an impact cannot have the same phases throughout, as patches do
    not carry in the impact as they do after it (a table that falls back on all its legs): the
-   impact alone, in no time. What follows begins as a call does. Returns 1 if that is done. */
-static int ecp_i_impact_alone(ecp_i_advance *a)
+   impact alone, in no time. What follows begins as a call does. Returns 1 if that is done; else the
+   state saved may be that in which they meet. left: the time until the end, before which they must. */
+static int ecp_i_impact_alone(ecp_i_advance *a, ecp_real left)
 {
     ecp_real time = ecp_i_meeting(a), h = ecp_i_first_length(a);
     int attempt;
-    if (time < 0) return 0;
+    if (!(time >= 0 && time < left)) return 0;
     ECPSIM_MEMCPY(a->w, a->saved, a->w->state_bytes);
     ecp_i_drift(a, time);
     for (attempt = 0; attempt < 3; attempt++, h /= 8) {
@@ -14177,11 +14252,11 @@ static void ecp_i_pace_rejected(ecp_i_advance *a, ecp_i_pace *p, ecp_i_outcome o
 }
 
 /* the phases may be those of an impact alone: tried once, at the latest before a macro step is forced */
-static int ecp_i_pace_tries_impact(ecp_i_advance *a, ecp_i_pace *p, int forced)
+static int ecp_i_pace_tries_impact(ecp_i_advance *a, ecp_i_pace *p, int forced, ecp_real left)
 {
     if (p->impact_tried || p->in_vain < (forced ? 1 : ECP_I_IN_VAIN)) return 0;
     p->impact_tried = 1;
-    return ecp_i_impact_alone(a);
+    return ecp_i_impact_alone(a, left);
 }
 
 static ecp_status ecp_i_advance_to(ecp_i_advance *a, ecp_real duration)
@@ -14202,7 +14277,7 @@ static ecp_status ecp_i_advance_to(ecp_i_advance *a, ecp_real duration)
         if (a->o.max_solves > 0 && solves >= a->o.max_solves) return ECP_NOT_SOLVED;
         ecp_i_pace_choose(a, &p, least, duration);
         forced = a->H <= least;
-        if (ecp_i_pace_tries_impact(a, &p, forced)) {
+        if (ecp_i_pace_tries_impact(a, &p, forced, duration - a->t)) {
             a->looking = 0;
             ecp_i_pace_begin(a, &p);
             continue;
@@ -14801,7 +14876,7 @@ static void ecp_i_side_eval(const ecp_i_side *s, const ecp_real x[3], ecp_real *
 static void ecp_i_printed_friction(const ecp_contact *k, const ecp_i_side *A, const ecp_i_side *B,
                                    ecp_real speed, ecp_real unit, ecp_printed *out)
 {
-    ecp_real va[3], vb[3], v[3], w[3], e[3], p[3], slip[3], cone, length;
+    ecp_real va[3], vb[3], v[3], w[3], e[3], p[3], slip[3], cone, length, tight;
     int i;
     if (!(k->mu > 0)) return;
     ecp_i_side_velocity(A, k->point_a, va);
@@ -14814,11 +14889,13 @@ static void ecp_i_printed_friction(const ecp_contact *k, const ecp_i_side *A, co
                slip);
     cone = k->mu * k->mu * k->p_n * k->p_n;
     for (i = 0; i < 3; i++) {
-        length = i < 2 ? 1 : ecp_i_max(k->e_r, ECP_I_EPSILON);
+        /* (a torsion has the scale of e_t, with its length) */
+        length = i < 2 ? ECP_R(1) : ecp_i_max(k->e_r, ECP_I_EPSILON);
+        tight = i < 2 ? e[i] : k->e_t;
         if (e[i] > 0) cone -= p[i] / e[i] * (p[i] / e[i]);
         ecp_i_worst(&out->friction,
                     ecp_i_relative(e[i] * e[i] * k->mu * k->p_n * slip[i] + p[i] * k->sigma,
-                                   ecp_i_max(1, k->e_t * k->e_t) * length * unit * speed));
+                                   ecp_i_max(1, tight * tight) * length * unit * speed));
     }
     ecp_i_worst(&out->friction_c, ecp_i_complementarity(cone, unit * unit, k->sigma, speed));
 }

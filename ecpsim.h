@@ -1503,11 +1503,14 @@ ECP_DEF void ecp_quat_multiply(const ecp_real a[4], const ecp_real b[4], ecp_rea
     out[3] = z;
 }
 
+/* Of unit length, but for rounding: divided by a length that is nothing else, q would come and go between two values,
+   and what it is the orientation of would not rest. 0 if it is zero. */
 static int ecp_i_quat_normalise(ecp_real q[4])
 {
     ecp_real size = ecp_i_sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     int k;
     if (!(size > 0)) return 0;
+    if (ecp_i_abs(size - 1) <= 2 * ECP_I_EPSILON) return 1;
     for (k = 0; k < 4; k++) q[k] /= size;
     return 1;
 }
@@ -11714,20 +11717,27 @@ static int ecp_i_come_to_rest(ecp_i_island *s, ecp_i_problem *p, const ecp_optio
    it comes apart, and it is chance which of them Newton finds. So where all stands still when the step begins, and does
    not in the solution z, one is looked for in which it does. If what slips also opened, by mu times its slip, the step
    would be a convex program, with one answer, in which all stands if it can; and there the two problems are the same.
-   Sweeps over spots find where that is (ECP_I_START_HELD). */
-static void ecp_i_hold(ecp_i_island *s, const ecp_i_problem *p, const ecp_options *o, ecp_real *z,
+   Sweeps over spots find where that is (ECP_I_START_HELD); Newton goes on from there with the velocities that they
+   leave, or with none, and never farther off. */
+static void ecp_i_hold(ecp_i_island *s, ecp_i_problem *p, const ecp_options *o, ecp_real *z,
                        ecp_i_effort *effort)
 {
     ecp_real carrier[3];
-    if (s->body_count < 2 || !ecp_i_may(o, ECP_FALLBACK_GEOMETRIC) || ecp_i_spent(effort)) return;
+    int k, held = 0;
+    if (s->body_count < 2 || !ecp_i_may(o, ECP_FALLBACK_GEOMETRIC)) return;
     ecp_i_find_carrier(s, carrier);
     if (!ecp_i_is_slow(s, carrier, 0, 0) || ecp_i_is_slow(s, carrier, ECP_I_STANDS, 1)) return;
     ecp_i_copy(p->n, z, p->kept);
     ecp_i_change_set(s, ECP_I_OUT, ECP_I_NEW);
     ecp_i_sort_patches(s);
-    if (p->start(s, ECP_I_START_HELD, z) &&
-        ecp_i_newton(p, 0, o->tolerance, o->max_iterations, 0, z, effort) &&
-        ecp_i_island_valid(s) && ecp_i_is_slow(s, carrier, ECP_I_STANDS, 1)) {
+    p->calm = 1;
+    for (k = 0; k < 2 && !held && !ecp_i_spent(effort) && p->start(s, ECP_I_START_HELD, z); k++) {
+        if (k > 0) ECPSIM_MEMSET(z, 0, (size_t)p->velocities * sizeof(ecp_real));
+        held = ecp_i_newton(p, 0, o->tolerance, o->max_iterations, 0, z, effort) &&
+               ecp_i_island_valid(s) && ecp_i_is_slow(s, carrier, ECP_I_STANDS, 1);
+    }
+    p->calm = 0;
+    if (held) {
         ecp_i_change_set(s, ECP_I_NEW, ECP_I_IN);
         effort->fallbacks |= ECP_FALLBACK_GEOMETRIC;
         return;
@@ -12055,12 +12065,11 @@ static ecp_status ecp_i_commit(ecp_i_step *s)
         if (b->kind == ECP_STATIC || b->kind == ECP_I_FREE || ecp_i_is_asleep(m)) continue;
         if (ecp_i_watched(s)) ECPSIM_MEMCPY(&before, b, sizeof before);
         /* turns below the rounding of q are lost where bodies touch each other: there it is the rounding of gaps that asks
-           for them, without end, if they came true (in float crates side by side would not come to rest). What does not
-           turn keeps its q: the rounding of its length comes and goes */
-        if (!ECP_I_PAIRS || !m->dynamic || s->motions[m->island].next_body < 0)
-            ecp_i_turn_for(b, m->v + 3, s->h);
-        else if (ecp_i_largest(3, m->v + 3) > 0)
+           for them, without end, if they came true (in float crates side by side would not come to rest) */
+        if (ECP_I_PAIRS && m->dynamic && s->motions[m->island].next_body >= 0)
             ecp_quat_advance(b->q, m->v + 3, s->h, b->q);
+        else
+            ecp_i_turn_for(b, m->v + 3, s->h);
         for (k = 0; k < 3; k++) ecp_i_add_carried(b->x + k, b->x_carry + k, m->dx[k]);
         for (k = 0; m->dynamic && k < 6; k++) {
             ecp_i_add_carried(b->v + k, b->v_carry + k, m->dv[k]);

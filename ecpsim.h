@@ -796,7 +796,9 @@ typedef enum ecp_rule {
    tried right after ECP_FALLBACK_GEOMETRIC (in large heaps ECP_FALLBACK_CONTINUATION), and the others after them. */
 enum {
     ECP_FALLBACK_GEOMETRIC = 1, /* start from support points at the pose free motion predicts, and
-                                      from several points a patch with rough impulses */
+                                      from several points a patch with rough impulses; bodies that
+                                      stand still and move in the solution found stand by such a
+                                      start, if friction can hold them */
     ECP_FALLBACK_CONTINUATION = 2, /* smoothed complementarity and contacts that give way,
                                       both taken to zero */
     ECP_FALLBACK_MULTISTART = 4,   /* Newton from other starts, a fixed sequence: geometric ones of
@@ -885,7 +887,8 @@ typedef struct ecp_report {
     ecp_real worst_gap;        /* the least separation of a patch, m; below zero: penetration */
     ecp_real work;   /* the most that the contacts of an island add to its energy, in units of
                               twice the kinetic energy of its bodies (of each the most that it has
-                              before, after, or in free motion), without what pushes overlaps apart.
+                              before, after, or in free motion), without twice what pushes overlaps
+                              apart (as it turns bodies, their gaps are curved).
                               More than 0.01 is given up for sub-steps, where they may be used and
                               max_total_iterations leaves enough, and taken if they do no better:
                               with a bound look at it. (0 if ECPSIM_FALLBACKS is without them) */
@@ -898,8 +901,9 @@ typedef struct ecp_report {
     ecp_real worst_cone;   /* how far a friction cone is left: max of |y| - mu p_n over the patches,
                               N s, or 0 where none is; y as in docs/model.md */
     ecp_real largest_turn; /* max of h |w| over the bodies, kinematic ones too, rad (of several
-                              sub-steps in any one of them). A step that turns a body by more than about 0.1 may have several solutions, of
-                              which the one nearest to the start is taken */
+                              sub-steps in any one of them). A step that turns a body by more than
+                              about 0.1 may have several solutions, of which the one nearest to the
+                              start is taken */
     ecp_real dropped;   /* the largest velocity that a body has begun the step without, to come to
                                     rest on what carries it (docs/model.md), m/s; a turn times sqrt(trace I / mass) */
     size_t memory_used; /* high-water mark of the block, bytes */
@@ -7973,7 +7977,8 @@ static ecp_real ecp_i_distance(const ecp_i_posed *A, const ecp_i_posed *B, ecp_r
 /* >>start: values for a patch's unknowns without a history */
 
 /* Multipliers l >= 0 with sum l_i g_i nearest to n, over the constraints that are active at the
-   point (f_i no more than `reach` below the largest): coordinate descent, exact for orthogonal gradients, enough for a start. */
+   point (f_i no more than `reach` below the largest): coordinate descent, exact for orthogonal
+   gradients, enough for a start. */
 static void ecp_i_cone_multipliers(int count, const ecp_real *f, const ecp_real *g,
                                    const ecp_real n[3], ecp_real reach, ecp_real *l)
 {
@@ -9164,6 +9169,10 @@ static size_t ecp_i_tree_reals(const ecp_world_desc *d)
 /* a time that never comes, s */
 #define ECP_I_NEVER ECP_R(1e30)
 
+/* reals of the tableau for each patch that carries: forces of the last base step, and the ECP in the frame of A, and
+   of B (of a half-space it says nothing) */
+#define ECP_I_FORCES (ECP_I_PAIRS ? 10 : 7)
+
 /* what a patch that carries does in one base step */
 typedef struct ecp_i_phase {
     int shape_a, shape_b;
@@ -9186,9 +9195,9 @@ typedef struct ecp_i_advance {
     ecp_advance_report *r;
     size_t bytes;                 /* of all this, at the end of the block */
     unsigned char *first, *saved; /* the state at the beginning, of all and of the macro step */
-    ecp_real *rows;            /* of the tableau: 12 reals for each body, and 7 for each patch that
-                                     carries: forces of the last base step, and the ECP */
-    int row;                   /* reals in a row */
+    ecp_real *rows; /* of the tableau: 12 reals for each body, and ECP_I_FORCES for each patch that
+                       carries */
+    int row;        /* reals in a row */
     ecp_real *rate, *rate_now; /* dv / h in the last base step of the last macro step, and of this
                                      one; 6 reals for each body */
     ecp_real *values;          /* f, and 3 reals of gradient, of one primitive */
@@ -9212,7 +9221,7 @@ static size_t ecp_i_advance_bytes(const ecp_world *w)
 {
     const ecp_world_desc *d = &w->desc;
     size_t bodies = (size_t)d->max_bodies, patches = (size_t)d->max_patches;
-    size_t row = 12 * bodies + 7 * patches;
+    size_t row = 12 * bodies + ECP_I_FORCES * patches;
     size_t reals = row * (size_t)d->advance_order + 12 * bodies + 4 * (size_t)d->max_inequalities;
     return 2 * w->state_bytes + reals * sizeof(ecp_real) + 3 * patches * sizeof(ecp_i_phase) + 64;
 }
@@ -11326,7 +11335,8 @@ static ecp_real ecp_i_most_energy(const ecp_i_motion *m)
 /* The work of the island's contacts: the sum of p . v, v at the end of the step, in units of the energy of its
    bodies (ecp_i_most_energy), of a ten-thousandth of m vs^2 at least. The kinetic energy is that of the free motion,
    plus this, less |dv|^2_M / 2, dv what the contacts change. Gaps close with p_n v_n <= 0 and friction opposes slip,
-   so it is not positive, but for what pushes overlaps apart (which is taken off), for rounding (where that may be all
+   so it is not positive, but for what pushes overlaps apart (which is taken off twice, as that turns bodies: in parts of the
+   step it would push them by as many times as fast), for rounding (where that may be all
    that is too much, the work is the limit), and for the curvature of gaps, which is little while turns are small. If
    it is large the solution is another one, far away: a body shot out from between two. */
 static ecp_real ecp_i_contact_work(const ecp_i_island *s, ecp_real tolerance)
@@ -12422,7 +12432,7 @@ static void ecp_i_carve_advance(ecp_i_arena *arena, const ecp_world *w, ecp_i_ad
     const ecp_world_desc *d = &w->desc;
     a->first = (unsigned char *)ecp_i_take(arena, w->state_bytes, 1);
     a->saved = (unsigned char *)ecp_i_take(arena, w->state_bytes, 1);
-    a->row = 12 * d->max_bodies + 7 * d->max_patches;
+    a->row = 12 * d->max_bodies + ECP_I_FORCES * d->max_patches;
     a->rows = ecp_i_take_reals(arena, d->advance_order, a->row);
     a->rate = ecp_i_take_reals(arena, 6, d->max_bodies);
     a->rate_now = ecp_i_take_reals(arena, 6, d->max_bodies);
@@ -12497,6 +12507,24 @@ static ecp_real ecp_i_patch_length(const ecp_i_body *ba, const ecp_i_body *bb)
     return ecp_i_giving(ba, bb)->length;
 }
 
+/* the ECP of a contact in the frame of B, where the world has it now */
+static void ecp_i_ecp_on_b(const ecp_world *w, const ecp_contact *c, ecp_real b[3])
+{
+    ecp_real x[3];
+    ecp_i_posed B;
+    ecp_i_pose_of(w, c->shape_b, c->point_b, &B);
+    ecp_i_scale(-1, B.x, x);
+    ecp_i_mul_t(B.Q, x, b);
+}
+
+/* the radius of the smaller primitive of the patch */
+static ecp_real ecp_i_phase_radius(const ecp_world *w, const ecp_i_phase *f)
+{
+    const ecp_shape *a = &ecp_i_parts(w)[f->shape_a].shape;
+    const ecp_shape *b = &ecp_i_parts(w)[f->shape_b].shape;
+    return b->kind == ECP_HALF_SPACE ? a->radius : ecp_i_min(a->radius, b->radius);
+}
+
 /* Lists what the patches that carry do. */
 static int ecp_i_phases(const ecp_i_advance *a, ecp_i_phase *list)
 {
@@ -12521,11 +12549,8 @@ static int ecp_i_phases(const ecp_i_advance *a, ecp_i_phase *list)
         length = ecp_i_patch_length(ecp_i_body_of(w, c->shape_a), ecp_i_body_of(w, c->shape_b));
         f->faces[0] = ecp_i_faces(a, sa, length, p->a, l);
         if (sb->kind != ECP_HALF_SPACE) {
-            ecp_real x[3], b[3];
-            ecp_i_posed B;
-            ecp_i_pose_of(w, c->shape_b, c->point_b, &B);
-            ecp_i_scale(-1, B.x, x);
-            ecp_i_mul_t(B.Q, x, b);
+            ecp_real b[3];
+            ecp_i_ecp_on_b(w, c, b);
             f->faces[1] = ecp_i_faces(a, sb, length, b, l + sa->inequalities);
         }
         f->mu = c->mu;
@@ -12839,7 +12864,7 @@ static void ecp_i_check_beginning(ecp_i_advance *a)
             /* a face that turns into an edge does so without a jump */
             if (before && (before->faces[0] & ~f->faces[0]) == 0 &&
                 (before->faces[1] & ~f->faces[1]) == 0) {
-                ecp_i_gone(a, before->margin[2] > few * ecp_i_parts(a->w)[f->shape_a].shape.radius);
+                ecp_i_gone(a, before->margin[2] > few * ecp_i_phase_radius(a->w, f));
             }
         }
         if (f->mode == ECP_STICK) {
@@ -12888,22 +12913,33 @@ static void ecp_i_compare_phases(ecp_i_advance *a, int column, int i, ecp_i_phas
     }
 }
 
+/* how far the point x of a primitive, which is on these faces, is from the others, but no more than `most` */
+static ecp_real ecp_i_rim_margin(const ecp_i_advance *a, const ecp_shape *shape, uint64_t faces,
+                                 const ecp_real x[3], ecp_real most)
+{
+    int i;
+    shape->cls->eval(shape, x, a->values, NULL);
+    for (i = 0; i < shape->inequalities; i++) {
+        if (!(faces >> (i % 64) & 1)) most = ecp_i_min(most, -a->values[i]);
+    }
+    return most;
+}
+
 /* The margins of a patch that carries these forces, with the ECP there: of the load, of friction that
-   sticks, and of the ECP from the rim; negative where the phase is over. */
-static void ecp_i_margins(const ecp_i_advance *a, const ecp_i_phase *f, const ecp_real row[7],
+   sticks, and of the ECP from the rims of both; negative where the phase is over. */
+static void ecp_i_margins(const ecp_i_advance *a, const ecp_i_phase *f, const ecp_real *row,
                           ecp_real margin[3])
 {
-    const ecp_shape *shape = &ecp_i_parts(a->w)[f->shape_a].shape;
+    const ecp_shape *sa = &ecp_i_parts(a->w)[f->shape_a].shape;
+    const ecp_shape *sb = &ecp_i_parts(a->w)[f->shape_b].shape;
     ecp_real y[3];
     int i;
     for (i = 0; i < 3; i++) y[i] = row[1 + i] * f->weigh[i];
     margin[0] = row[0];
     margin[1] = f->mode == ECP_STICK ? f->mu * row[0] - ecp_i_norm(y) : ECP_R(1.0);
-    margin[2] = shape->radius;
-    shape->cls->eval(shape, row + 4, a->values, NULL);
-    for (i = 0; i < shape->inequalities; i++) {
-        if (!(f->faces[0] >> (i % 64) & 1)) margin[2] = ecp_i_min(margin[2], -a->values[i]);
-    }
+    margin[2] = ecp_i_rim_margin(a, sa, f->faces[0], row + 4, sa->radius);
+    if (ECP_I_PAIRS && sb->kind != ECP_HALF_SPACE)
+        margin[2] = ecp_i_rim_margin(a, sb, f->faces[1], row + 7, margin[2]);
 }
 
 /* Base steps see the end of a phase late, by a time of the order of their length. The extrapolated
@@ -12913,13 +12949,13 @@ static int ecp_i_outlived(ecp_i_advance *a)
     const ecp_real *row = a->rows + 12 * a->w->bodies;
     ecp_real load = 0, tiny = ECP_R(1e-6), margin[3];
     int k, over = 0;
-    for (k = 0; k < a->now_count; k++) load = ecp_i_max(load, row[7 * k]);
+    for (k = 0; k < a->now_count; k++) load = ecp_i_max(load, row[ECP_I_FORCES * k]);
     for (k = 0; k < a->now_count; k++) {
         const ecp_i_phase *f = a->now + k;
-        ecp_i_margins(a, f, row + 7 * k, margin);
+        ecp_i_margins(a, f, row + ECP_I_FORCES * k, margin);
         over |= margin[0] < -tiny * load;
         over |= margin[1] < -tiny * f->mu * load;
-        over |= margin[2] < -tiny * ecp_i_parts(a->w)[f->shape_a].shape.radius;
+        over |= margin[2] < -tiny * ecp_i_phase_radius(a->w, f);
     }
     return over;
 }
@@ -13038,7 +13074,8 @@ static void ecp_i_forces(const ecp_world *w, ecp_real h, ecp_real *row)
         row[2] = p->contact.p_o / h;
         row[3] = p->contact.p_r / h;
         ecp_i_copy3(p->a, row + 4);
-        row += 7;
+        if (ECP_I_PAIRS) ecp_i_ecp_on_b(w, &p->contact, row + 7);
+        row += ECP_I_FORCES;
     }
 }
 
@@ -13172,7 +13209,7 @@ static ecp_status ecp_i_macro_column(ecp_i_advance *a, int column)
    return, row 0 thus T_jj; the column with base steps H / j comes in row j - 1. */
 static void ecp_i_extrapolate(ecp_i_advance *a, int j)
 {
-    int i, k, n = 12 * a->w->bodies + 7 * a->now_count;
+    int i, k, n = 12 * a->w->bodies + ECP_I_FORCES * a->now_count;
     for (i = j - 2; i >= 0; i--) {
         ecp_real *to = a->rows + i * a->row;
         const ecp_real *from = to + a->row;
@@ -13928,7 +13965,7 @@ static void ecp_i_note_macro(ecp_i_advance *a, int passed)
         const ecp_i_phase *before = ecp_i_find_phase(a->last, a->last_count, list + k);
         int m, known = !passed && before && before->mode == list[k].mode &&
                        ecp_i_same_faces(before, list + k);
-        ecp_i_margins(a, list + k, forces + 7 * k, list[k].margin);
+        ecp_i_margins(a, list + k, forces + ECP_I_FORCES * k, list[k].margin);
         for (m = 0; m < 3; m++) {
             list[k].rate[m] = known ? (list[k].margin[m] - before->margin[m]) / a->H : ECP_R(0);
         }

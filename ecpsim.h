@@ -7299,8 +7299,9 @@ static int ecp_i_at_rounding(const ecp_i_size *size, const ecp_i_search *s)
 /* the start of several bodies that move on by the impulses of their last step (ecp_i_island_start) */
 #define ECP_I_START_MOVES_ON 11
 
-/* the start of what stands still, if friction can hold it (ecp_i_hold) */
+/* the start of what stands still, if friction can hold it (ecp_i_hold), and whether there is one */
 #define ECP_I_START_HELD 12
+#define ECP_I_HOLDS (ECP_I_PAIRS && ((ECPSIM_FALLBACKS)&ECP_FALLBACK_GEOMETRIC) != 0)
 
 /* Starts that may be better than the warm one, z, whose residual is at hand. That of bodies that move on together, where
    it is a solution to the tolerance (taken where it was only better it kept crates in float from coming to rest). And
@@ -10681,7 +10682,7 @@ static int ecp_i_island_start(void *self, int k, ecp_real *z)
 {
     ecp_i_island *s = (ecp_i_island *)self;
     int together = ECP_I_PAIRS && k == ECP_I_START_MOVES_ON, bare = 0, first, moves_on;
-    if (ECP_I_PAIRS && k == ECP_I_START_HELD) {
+    if (ECP_I_HOLDS && k == ECP_I_START_HELD) {
         ecp_i_start_all(s, ECP_I_START_AT_REST, 0, 0, 0, z);
         return ecp_i_start_spots(s, 1, z);
     }
@@ -11772,7 +11773,7 @@ static int ecp_i_solve_in_course(ecp_i_island *s, ecp_i_problem *p, const ecp_op
     if (!solved) {
         solved = ecp_i_solve_equations(s, p, o, z, effort);
         if (effort->iterations > before + ECP_I_LABOUR) *course = ECP_I_LABOURED;
-        if (solved) ecp_i_hold(s, p, o, z, effort);
+        if (ECP_I_HOLDS && solved) ecp_i_hold(s, p, o, z, effort);
     }
     if (s->pair_count < s->all) *course |= ECP_I_GATHERED;
     return solved;
@@ -12639,19 +12640,25 @@ static ecp_real ecp_i_speed_scale(const ecp_i_advance *a, const ecp_i_body *b)
     return ecp_i_max(s, b->length * ecp_i_norm(b->v + 3));
 }
 
+/* notes when the patch f, in this mode, is ahead, if nothing is sooner */
+static void ecp_i_note_ahead(ecp_i_advance *a, const ecp_i_phase *f, ecp_mode mode, ecp_real time,
+                             int exact)
+{
+    if (!(time < a->nearest)) return;
+    a->nearest = time;
+    a->looking = 1;
+    a->exact = exact;
+    if (f != &a->ahead) ECPSIM_MEMCPY(&a->ahead, f, sizeof *f);
+    a->ahead.mode = mode;
+}
+
 /* the time in which d is gone at the speed v that grows by acc, also in one base step; noted if it is
    the shortest */
 static void ecp_i_note_time(ecp_i_advance *a, const ecp_i_phase *f, ecp_real d, ecp_real v,
                             ecp_real acc)
 {
-    ecp_real root = ecp_i_sqrt(v * v + 4 * ecp_i_abs(acc) * d), time;
-    if (!(v + root > 0)) return;
-    time = 2 * d / (v + root);
-    if (!(time < a->nearest)) return;
-    a->nearest = time;
-    a->looking = 1;
-    a->exact = 0;
-    if (f != &a->ahead) ECPSIM_MEMCPY(&a->ahead, f, sizeof *f);
+    ecp_real root = ecp_i_sqrt(v * v + 4 * ecp_i_abs(acc) * d);
+    if (v + root > 0) ecp_i_note_ahead(a, f, f->mode, 2 * d / (v + root), 0);
 }
 
 /* The gap of the patch in that world, and where: n from A into B, the point from A's centre of mass, and
@@ -12805,13 +12812,7 @@ static int ecp_i_stick_fits(ecp_i_advance *a, const ecp_i_phase *f)
             int much = time > a->H / 8 || (exact && time > 1000 * a->drift);
             time *= much ? ECP_R(0.98) : ECP_R(0.999);
         }
-        if (time < a->nearest) {
-            a->nearest = time;
-            a->looking = 1;
-            a->exact = exact;
-            if (f != &a->ahead) ECPSIM_MEMCPY(&a->ahead, f, sizeof *f);
-            a->ahead.mode = ECP_STICK;
-        }
+        ecp_i_note_ahead(a, f, ECP_STICK, time, exact);
     }
     return 0;
 }
@@ -13050,12 +13051,13 @@ static void ecp_i_load_at(const ecp_i_advance *a, ecp_real t)
     if (a->o.load) a->o.load(a->o.load_user, a->w, a->o.time + t);
 }
 
-/* out = keep out + s v, for all bodies */
-static void ecp_i_velocities(const ecp_world *w, ecp_real keep, ecp_real s, ecp_real *out)
+/* rate_now = keep rate_now + s v, for all bodies */
+static void ecp_i_rates(ecp_i_advance *a, ecp_real keep, ecp_real s)
 {
-    const ecp_i_body *b = ecp_i_bodies(w);
+    const ecp_i_body *b = ecp_i_bodies(a->w);
+    ecp_real *out = a->rate_now;
     int i, k;
-    for (i = 0; i < w->bodies; i++) {
+    for (i = 0; i < a->w->bodies; i++) {
         for (k = 0; k < 6; k++) {
             out[6 * i + k] = keep * out[6 * i + k] + s * (b[i].v[k] + b[i].v_carry[k]);
         }
@@ -13187,7 +13189,7 @@ static ecp_status ecp_i_macro_column(ecp_i_advance *a, int column)
         ecp_status status;
         ecp_i_phase *list = column == 1 ? a->now : a->here;
         ecp_i_load_at(a, a->t + (ecp_real)(i + 1) * h);
-        if (i == column - 1) ecp_i_velocities(w, 0, -1 / h, a->rate_now);
+        if (i == column - 1) ecp_i_rates(a, 0, -1 / h);
         ecp_i_clear_report(&a->r->step);
         status = ecp_i_step_once(w, h, &a->step, a->bytes, NULL, &a->r->step);
         a->r->solves++;
@@ -13200,7 +13202,7 @@ static ecp_status ecp_i_macro_column(ecp_i_advance *a, int column)
     for (i = 0; i < w->bodies; i++) {
         if (ecp_i_moves(before + i)) ecp_i_changes(ecp_i_bodies(w) + i, before + i, row + 12 * i);
     }
-    ecp_i_velocities(w, 1, 1 / h, a->rate_now);
+    ecp_i_rates(a, 1, 1 / h);
     if (!a->changed) ecp_i_forces(w, h, row + 12 * w->bodies);
     return ECP_OK;
 }
@@ -13268,10 +13270,11 @@ static ecp_real ecp_i_hidden(const ecp_i_advance *a, const ecp_real *row)
     return worst * a->H / a->o.tolerance;
 }
 
-/* the saved state and these changes, in the world, whose patches are of the last base step */
-static void ecp_i_add_changes(ecp_i_advance *a, const ecp_real *row)
+/* the saved state and the extrapolated changes, in the world, whose patches are of the last base step */
+static void ecp_i_add_changes(ecp_i_advance *a)
 {
     const ecp_i_body *before = ecp_i_bodies(ecp_i_snapshot(a->saved));
+    const ecp_real *row = a->rows;
     ecp_i_body *b = ecp_i_bodies(a->w);
     int i, k;
     for (i = 0; i < a->w->bodies; i++, row += 12) {
@@ -13769,7 +13772,7 @@ static ecp_i_outcome ecp_i_macro(ecp_i_advance *a, int aim, int forced, int *col
                 a->changed = 1;
                 return ECP_I_CHANGED;
             }
-            ecp_i_add_changes(a, a->rows);
+            ecp_i_add_changes(a);
             return !forced && ecp_i_jumps(a) ? ECP_I_CHANGED : ECP_I_DONE;
         }
     }
@@ -13929,7 +13932,7 @@ static ecp_i_outcome ecp_i_plain_step(ecp_i_advance *a, ecp_real left, ecp_statu
         if (attempt > 0) a->H = attempt < 3 ? ecp_i_min(16 * a->H, left) : left;
         ECPSIM_MEMCPY(w, a->saved, w->state_bytes);
         ecp_i_load_at(a, a->t + a->H);
-        ecp_i_velocities(w, 0, -1 / a->H, a->rate_now);
+        ecp_i_rates(a, 0, -1 / a->H);
         w->advancing = 0;
         ecp_i_clear_report(&a->r->step);
         if (ecp_i_may(&a->step, ECP_FALLBACK_SUBSTEPS))
@@ -13943,7 +13946,7 @@ static ecp_i_outcome ecp_i_plain_step(ecp_i_advance *a, ecp_real left, ecp_statu
     }
     if (*status != ECP_OK) return ECP_I_UNSOLVED;
     ecp_i_complains_of_nothing(&a->r->step);
-    ecp_i_velocities(w, 1, 1 / a->H, a->rate_now);
+    ecp_i_rates(a, 1, 1 / a->H);
     for (i = 0; i < w->bodies; i++) {
         if (ecp_i_moves(before + i)) {
             ecp_i_changes(ecp_i_bodies(w) + i, before + i, a->rows + 12 * i);
@@ -14114,7 +14117,7 @@ static int ecp_i_velocities_after(ecp_i_advance *a, ecp_real h)
         ecp_i_extrapolate(a, j);
         error = ecp_i_error(a, a->rows, a->rows + a->row);
         if (error <= ECP_R(0.1)) {
-            ecp_i_add_changes(a, a->rows);
+            ecp_i_add_changes(a);
             return 1;
         }
         if (j > 2 && !(error < ECP_R(0.5) * last)) return 0;
@@ -14193,7 +14196,7 @@ static ecp_status ecp_i_advance_paced(ecp_i_advance *a, ecp_real duration)
             }
         }
         if (status != ECP_OK) return status;
-        if (!a->changed) ecp_i_add_changes(a, a->rows);
+        if (!a->changed) ecp_i_add_changes(a);
         ecp_i_accept(a, a->changed, a->o.order, error, duration);
     }
     return ECP_OK;

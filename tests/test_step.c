@@ -3933,6 +3933,47 @@ static void test_step_keeps_bits(void)
     CHECK(changed[0] == 0 && changed[1] == 0);
 }
 
+/* A floor that turns under what rests on it without friction: the contact point stays where it is, and goes round in the
+   frame of the floor, on an arc. (Along its tangent each step took two iterations, where the floor was A.) */
+static void test_step_turntable(void)
+{
+    ecp_material ice = test_material(0, 1, 1, 0);
+    ecp_shape disc = test_box_shape(2, 2, 0.1), s;
+    int k, i, first, iterations = 0;
+    for (k = 0; k < 4; k++) {
+        first = k / 2;
+        for (i = 0; i < 2; i++) {
+            ecp_world *w = test_world(NULL);
+            ecp_real spin[3] = {0, 0, 1};
+            ecp_report r;
+            int floor = -1, body = -1, order, n;
+            if (i)
+                CHECK(ecp_shape_sphere(&s, ECP_R(0.2)) == ECP_OK);
+            else
+                CHECK(ecp_shape_capsule(&s, ECP_R(0.2), ECP_R(0.2)) == ECP_OK);
+            for (order = 0; order < 2; order++) {
+                if (order == first) {
+                    floor = test_body(w, ECP_KINEMATIC, 1, 1, 1, 1, 0, 0, -0.1);
+                    test_attach(w, floor, &disc, k % 2 ? 0.1 : 0, 0, 0, &ice);
+                } else {
+                    body = test_body(w, ECP_DYNAMIC, 1, 0.02, 0.02, 0.02, 0.5, 0.2, i ? 0.2 : 0.4);
+                    test_attach(w, body, &s, 0, 0, 0, &ice);
+                }
+            }
+            CHECK(ecp_body_set_state(w, floor, NULL, NULL, NULL, spin) == ECP_OK);
+            for (n = 0; n < 60; n++) {
+                CHECK(ecp_step(w, ECP_R(0.01), NULL, &r) == ECP_OK);
+                if (n >= 10) iterations += r.iterations;
+            }
+            CHECK_NEAR(test_get(w, body).x[0], 0.5, test_by(1e-12, 1e-5));
+            free(w);
+        }
+    }
+    printf("turntable in %s: %d iterations in 400 steps\n",
+           sizeof(ecp_real) == sizeof(double) ? "double" : "float", iterations);
+    CHECK(iterations <= 8);
+}
+
 static void test_step(void)
 {
     if (sizeof(ecp_real) == sizeof(double)) test_step_joined();
@@ -4013,6 +4054,7 @@ static void test_step(void)
     test_step_cannonballs();
     test_step_pushed_out();
     test_step_keeps_bits();
+    test_step_turntable();
     if (sizeof(ecp_real) == sizeof(double)) test_step_standstill();
     /* (what turns fast as it hits the ground) */
     CHECK(test_in_parts <= 4);

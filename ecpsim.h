@@ -11356,10 +11356,10 @@ static ecp_real ecp_i_most_energy(const ecp_i_motion *m)
 /* The work of the island's contacts: the sum of p . v, v at the end of the step, in units of the energy of its
    bodies (ecp_i_most_energy), of a ten-thousandth of m vs^2 at least. The kinetic energy is that of the free motion,
    plus this, less |dv|^2_M / 2, dv what the contacts change. Gaps close with p_n v_n <= 0 and friction opposes slip,
-   so it is not positive, but for what pushes overlaps apart (which is taken off twice, as that turns bodies: in parts of the
-   step it would push them by as many times as fast), for rounding (where that may be all
-   that is too much, the work is the limit), and for the curvature of gaps, which is little while turns are small. If
-   it is large the solution is another one, far away: a body shot out from between two. */
+   so it is not positive, but for what pushes overlaps apart (taken off twice, as it turns bodies: given up for parts of
+   the step it would push in each of them as hard, in a part of the time), for rounding (where that may be all that is
+   too much, the work is the limit), and for the curvature of gaps, which is little while turns are small. If it is
+   large the solution is another one, far away: a body shot out from between two. */
 static ecp_real ecp_i_contact_work(const ecp_i_island *s, ecp_real tolerance)
 {
     ecp_real work = 0, granted = 0, unit = 0, excess, speed = ecp_i_mover(s, 0)->speed, v[3];

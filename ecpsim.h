@@ -11754,7 +11754,7 @@ static void ecp_i_hold(ecp_i_island *s, ecp_i_problem *p, const ecp_options *o, 
                        ecp_i_effort *effort)
 {
     ecp_real carrier[3];
-    int k, held = 0;
+    int k, held = 0, many = s->many;
     if (s->body_count < 2 || !ecp_i_may(o, ECP_FALLBACK_GEOMETRIC)) return;
     ecp_i_find_carrier(s, carrier);
     if (!ecp_i_is_slow(s, carrier, 0, 0) || ecp_i_is_slow(s, carrier, ECP_I_STANDS, 1)) return;
@@ -11775,6 +11775,7 @@ static void ecp_i_hold(ecp_i_island *s, ecp_i_problem *p, const ecp_options *o, 
     }
     ecp_i_take_back(s, p, ECP_I_OUT, z);
     ecp_i_sort_patches(s);
+    s->many = many;
     /* (a bound on the iterations has ended nothing that is needed) */
     if (effort->most < 0) effort->most = 0;
     ecp_i_evaluate(p, z, 0, effort);

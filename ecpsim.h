@@ -7030,8 +7030,8 @@ typedef struct ecp_i_problem {
     int (*again)(void *self, const ecp_real *z, const ecp_real *F, ecp_real *dz);
     /* how many times dz it is from z to the first event, or 0. NULL: there are none */
     ecp_real (*event)(const void *self, const ecp_real *z, const ecp_real *dz);
-    /* the k-th start (0: warm, 1 and 2: geometric, then disturbed ones; ECP_I_START_MOVES_ON, asked for where there
-       are velocities); 0: there is none. Of the warm one 2 says that nothing moves in it */
+    /* the k-th start (0: warm, 1 and 2: geometric, then disturbed ones; ECP_I_START_MOVES_ON and ECP_I_START_HELD, asked
+       for where there are velocities); 0: there is none. Of the warm one 2 says that nothing moves in it */
     int (*start)(void *self, int k, ecp_real *z);
     /* solves the problem from its warm start by fewer equations first, or NULL */
     int (*gather)(void *self, const struct ecp_i_problem *p, const ecp_options *o, ecp_real *z,
@@ -10697,7 +10697,8 @@ static void ecp_i_start_all(ecp_i_island *s, int k, int first, int bare, int mov
    the free motion leads to (3 to 6), or geometric with the ECPs to one side (7 to 10). The warm start's velocities
    balance its impulses (a patch without a history knows its load but not where it acts, and gets no moment). Its trial
    motion is that of what moves on: of one body at once, of several, whose impulses change (crates took more
-   iterations), in a start of its own, ECP_I_START_MOVES_ON. */
+   iterations), in a start of its own, ECP_I_START_MOVES_ON. ECP_I_START_HELD begins at rest, and is that of the several
+   points by the associated rule. */
 static int ecp_i_island_start(void *self, int k, ecp_real *z)
 {
     ecp_i_island *s = (ecp_i_island *)self;
@@ -12311,8 +12312,8 @@ static ecp_status ecp_i_try_within(ecp_world *world, ecp_real h, const ecp_optio
     return ecp_i_step_once(world, h, &first, spare, &hasty, r);
 }
 
-/* what has failed on the way to a step that is solved is nobody's concern */
-static void ecp_i_complains_of_nothing(ecp_report *r)
+/* a report of no failure: what has failed on the way to a step that is solved is nobody's concern */
+static void ecp_i_clear_failure(ecp_report *r)
 {
     r->body = r->shape_a = r->shape_b = -1;
     r->value = r->limit = 0;
@@ -12360,7 +12361,7 @@ ECP_DEF ecp_status ecp_step(ecp_world *world, ecp_real h, const ecp_options *opt
             status = ecp_i_step_by_parts(world, h, &o, 0, cut, &r);
         }
     }
-    if (status == ECP_OK) ecp_i_complains_of_nothing(&r);
+    if (status == ECP_OK) ecp_i_clear_failure(&r);
     r.centred &= status == ECP_OK;
     r.status = status;
     if (report) *report = r;
@@ -13193,7 +13194,7 @@ static void ecp_i_lead_in(ecp_i_advance *a, ecp_real h)
 static void ecp_i_clear_report(ecp_report *r)
 {
     ECPSIM_MEMSET(r, 0, sizeof *r);
-    r->body = r->shape_a = r->shape_b = -1;
+    ecp_i_clear_failure(r);
     r->substeps = 1;
 }
 
@@ -13966,7 +13967,7 @@ static ecp_i_outcome ecp_i_plain_step(ecp_i_advance *a, ecp_real left, ecp_statu
         if (*status != ECP_NOT_SOLVED || a->H >= left) break;
     }
     if (*status != ECP_OK) return ECP_I_UNSOLVED;
-    ecp_i_complains_of_nothing(&a->r->step);
+    ecp_i_clear_failure(&a->r->step);
     ecp_i_rates(a, 1, 1 / a->H);
     for (i = 0; i < w->bodies; i++) {
         if (ecp_i_moves(before + i)) {

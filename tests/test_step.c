@@ -3777,7 +3777,7 @@ static void test_step_standstill(void)
 
 /* The cannonballs of a fort: nine balls, four and one. Friction can hold them, and may as well let them go, as may be seen
    of one step: Newton found a solution in which they come apart in some places and not in others. (The header before let
-   go 5 of these 6 in double, all in float.) */
+   go 5 of these 6, in either precision.) */
 static void test_step_cannonballs(void)
 {
     static const double xs[] = {0, 0.137, 1.31, -0.77, 0.5, 0.023};
@@ -3814,11 +3814,12 @@ static void test_step_cannonballs(void)
     }
     printf("cannonballs in %s: %d of 6 come apart\n",
            sizeof(ecp_real) == sizeof(double) ? "double" : "float", fell);
-    CHECK(fell <= test_by(0, 1));
+    CHECK(fell == 0);
 }
 
 /* A box that is put into another body is pushed out in the step, by its depth over h. Parts of the step would push
-   it out in a part of h: what is given up for the curvature of its gaps left at up to 130 times that speed. */
+   it out in a part of h: what was given up for the curvature of its gaps left at up to 119 times that speed, in float 8.8. The speed
+   counts a turn by 0.3 m, about half of the box's diagonal. */
 static void test_step_pushed_out(void)
 {
     static const double hs[] = {1 / 60.0, 2e-3, 5e-4}, depths[] = {0.01, 0.03, 0.08};
@@ -3860,11 +3861,11 @@ static void test_step_pushed_out(void)
     }
     printf("pushed out in %s: at most %.2f times depth / h\n",
            sizeof(ecp_real) == sizeof(double) ? "double" : "float", worst);
-    CHECK(worst < 4);
+    CHECK(worst < 1.5);
 }
 
 /* The orientation of a cylinder that lies at an angle above *turn, and whose length comes out in two ways by turns as it
-   is divided by it again and again: one of a hundred is like this. *turn is that angle. */
+   is divided by it again and again. *turn is that angle. */
 static void test_unsteady_turn(double *turn, ecp_real q[4])
 {
     ecp_real was[4];
@@ -3971,7 +3972,7 @@ static void test_step_turntable(void)
     }
     printf("turntable in %s: %d iterations in 400 steps\n",
            sizeof(ecp_real) == sizeof(double) ? "double" : "float", iterations);
-    CHECK(iterations <= 8);
+    CHECK(iterations == 0);
 }
 
 static void test_step(void)

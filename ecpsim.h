@@ -11756,12 +11756,15 @@ static void ecp_i_hold(ecp_i_island *s, ecp_i_problem *p, const ecp_options *o, 
 {
     ecp_real carrier[3];
     int k, held = 0, many = s->many;
+    size_t used, top;
     if (s->body_count < 2 || !ecp_i_may(o, ECP_FALLBACK_GEOMETRIC)) return;
     ecp_i_find_carrier(s, carrier);
     if (!ecp_i_is_slow(s, carrier, 0, 0) || ecp_i_is_slow(s, carrier, ECP_I_STANDS, 1)) return;
     ecp_i_copy(p->n, z, p->kept);
     ecp_i_change_set(s, ECP_I_OUT, ECP_I_NEW);
     ecp_i_sort_patches(s);
+    used = s->arena->used;
+    top = s->arena->top;
     p->calm = 1;
     for (k = 0; k < 2 && !held && !ecp_i_spent(effort) && p->start(s, ECP_I_START_HELD, z); k++) {
         if (k > 0) ECPSIM_MEMSET(z, 0, (size_t)p->velocities * sizeof(ecp_real));
@@ -11777,7 +11780,9 @@ static void ecp_i_hold(ecp_i_island *s, ecp_i_problem *p, const ecp_options *o, 
     ecp_i_take_back(s, p, ECP_I_OUT, z);
     ecp_i_sort_patches(s);
     s->many = many;
-    /* (a bound on the iterations has ended nothing that is needed) */
+    /* (neither a bound on the iterations nor want of memory has ended what is needed) */
+    ecp_i_release(s->arena, used, top);
+    s->arena->overflow = 0;
     if (effort->most < 0) effort->most = 0;
     ecp_i_evaluate(p, z, 0, effort);
 }

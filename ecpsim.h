@@ -135,17 +135,17 @@
    Compile with -ffunction-sections and link with -Wl,--gc-sections: what a program does not name is
    not linked, and what a scene does not contain (friction, torsion, pairs) has no unknowns. What only
    the program can know that it never meets, it can leave out. Bytes: of code on a Cortex-M4F (gcc 12
-   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 66,212.
+   -Os, ECPSIM_FLOAT, ECPSIM_STATIC) for a table on three legs, as printed by `make size`, of 66,236.
 
-       ECPSIM_NO_PAIRS     28,200  primitives meet half-spaces only; others pass through each other, as
+       ECPSIM_NO_PAIRS     28,224  primitives meet half-spaces only; others pass through each other, as
                                    with ecp_shape_set_filter(). Also needs half of the work memory
-       ECPSIM_NO_FRICTION   5,452  contacts are smooth, whatever the materials say
+       ECPSIM_NO_FRICTION   5,360  contacts are smooth, whatever the materials say
        ECPSIM_NO_SLEEP      1,600  options.sleep = 1 is ECP_BAD_OPTION
-       ECPSIM_NO_CENTRING   2,964  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
-       ECPSIM_FALLBACKS    10,932  the ECP_FALLBACK_... that there are, or-ed; all, where nothing is
+       ECPSIM_NO_CENTRING   2,956  the rule is ECP_NEAREST, and ECP_CENTRED is ECP_BAD_OPTION
+       ECPSIM_FALLBACKS    10,956  the ECP_FALLBACK_... that there are, or-ed; all, where nothing is
                                    said. Options that ask for others are ECP_BAD_OPTION. The bytes
-                                   are what 0, none, saves; ECP_FALLBACK_GEOMETRIC alone saves 6,564,
-                                   all but ECP_FALLBACK_SUBSTEPS 3,028 and the memory of a second state
+                                   are what 0, none, saves; ECP_FALLBACK_GEOMETRIC alone saves 6,540,
+                                   all but ECP_FALLBACK_SUBSTEPS 3,036 and the memory of a second state
 
    MEMORY
    ecp_world_memsize(desc) bytes, aligned to 8, hold a world with all its work memory; nothing is
